@@ -12,7 +12,7 @@ program main
 
    call identify(built_version)
    call parse_arguments(command_arguments(), options, failure)
-   if (options%input//options%resume /= '') call check_room(failure) ! before what takes it
+   if (options%input//options%resume /= '') call check_room(failure) ! before memory is used
    if (.not. failure%failed()) call act(options, failure)
    call end_program(failure)
 end program main

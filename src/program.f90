@@ -49,7 +49,7 @@ module hampm_program
 
 contains
 
-   !> Do what the options ask for.
+   !> Act by the options.
    subroutine act(options, failure)
       type(options_t), intent(in) :: options
       type(failure_t), intent(inout) :: failure
@@ -73,7 +73,7 @@ contains
       end if
    end subroutine act
 
-   !> Print what was asked for on the standard output. `exit_file` where it cannot be written.
+   !> Print a text on the standard output. `exit_file` if it cannot be written.
    subroutine print_text(text, failure)
       character(*), intent(in) :: text
       type(failure_t), intent(inout) :: failure
@@ -88,7 +88,7 @@ contains
       if (done < len(text)) call failure%report(exit_file, 'the standard output cannot be written (is the disk full?)')
    end subroutine print_text
 
-   !> End the program with the exit code of a failure, and say what has failed.
+   !> End the program with the exit code of a failure, and print its message.
    subroutine end_program(failure)
       type(failure_t), intent(in) :: failure
       if (failure%failed()) call print_message(failure%message)
@@ -151,7 +151,7 @@ contains
              three_digits(processor)//' s, threads '//to_text(thread_count())
    end function time_report
 
-   !> Find what a model needs, and refuse what cannot be had. Of threads it takes what keeps them busy.
+   !> Estimate the resources of a model, and refuse those that exceed limits. Use as many threads as it keeps busy.
    subroutine weigh(model, threads, resources, failure)
       type(model_t), intent(in) :: model
       integer, intent(in) :: threads               !! wanted, 0 for as many as are of use
@@ -221,7 +221,7 @@ contains
       end if
    end subroutine refuse_old
 
-   !> The folder for the results: the one that is asked for, or that of the checkpoint, or the current one.
+   !> The folder for the results: as asked for, of the checkpoint, or the current one.
    pure function folder_of(options) result(folder)
       type(options_t), intent(in) :: options
       character(:), allocatable :: folder
@@ -233,7 +233,7 @@ contains
       if (slash > 0) folder = options%resume(:max(1, slash - 1))
    end function folder_of
 
-   !> Run a simulation and tell what the user should know.
+   !> Run a simulation and print its warnings.
    subroutine run_and_report(options, simulation, failure)
       type(options_t), intent(in) :: options
       type(simulation_t), intent(inout) :: simulation
@@ -296,7 +296,7 @@ contains
              with_prefix('! note: ', as_lines(notes_of(model)))
    end function check_report
 
-   !> The last line of what --check prints: how long a run takes [s]; '' where that is not known, below 0.
+   !> The last line of --check: the duration of a run [s]; '' if that is not known, below 0.
    function duration_report(duration) result(text)
       real(dp), intent(in) :: duration
       character(:), allocatable :: text
@@ -305,7 +305,7 @@ contains
       text = '! wall time       about '//digits_text(duration, 2)//' s on this machine: '//thread_report()//new_line('a')
    end function duration_report
 
-   !> The same for programs, as one line of JSON; with `seconds`, what the run takes on this machine, unless `quiet`.
+   !> The same for programs, as one line of JSON; with `seconds`, the duration of the run on this machine, unless `quiet`.
    function check_json(model, simulation, resources, written, quiet, clock_start) result(text)
       type(model_t), intent(in) :: model
       type(simulation_t), intent(inout) :: simulation
@@ -353,7 +353,7 @@ contains
       end associate
    end function refinement_summary
 
-   !> Print every line of a message to the standard error, behind the name of the program and what kind of message it is.
+   !> Print every line of a message to the standard error, behind the name of the program and the kind of message.
    subroutine print_message(message, kind)
       character(*), intent(in) :: message
       character(*), intent(in), optional :: kind

@@ -80,7 +80,7 @@ contains
       before = start - seconds(clock_start)      ! time of reading and building [s]
       call s%integrator%initialise(s%problem, s%dt, failure)
       if (.not. failure%failed()) call s%integrator%advance(s%problem, s%dt, failure)
-      first = seconds() - start                  ! with what is done once
+      first = seconds() - start                  ! with the first setup
       start = seconds()
       last = 0
       do done = 1, int(min(int(most_steps, long), steps - 1))
@@ -105,7 +105,7 @@ contains
 
    contains
 
-      !> The time of a clock that only goes forward, now or at some ticks [s].
+      !> Monotonic time, now or at some ticks [s].
       real(dp) function seconds(ticks)
          integer(long), intent(in), optional :: ticks
          integer(long) :: count, rate

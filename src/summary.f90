@@ -159,7 +159,7 @@ contains
       end do
    end function aligned
 
-   !> How far from rest the last values are, for people.
+   !> Distance of the last values from equilibrium, for people.
    function equilibrium_report(s) result(text)
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text

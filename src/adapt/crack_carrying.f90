@@ -205,7 +205,7 @@ contains
       end do
    end subroutine list_points
 
-   !> Where the points are now: in the middle between the faces. And by how much these have interpenetrated at most.
+   !> Present places of the points, in the middle between the faces, and the largest interpenetration of these.
    pure subroutine find_places(carried, p, slack, origin, normal, place, overlap)
       type(carried_cracks_t), intent(in) :: carried
       type(particles_t), intent(in) :: p

@@ -55,7 +55,7 @@ contains
       if (.not. any(open)) return                ! no material in the box, or none strained there
       total = sum(squared, mask=open)
       part = marked_part
-      ! At rest no more than it takes: of what halved cells hold a quarter is left, where the solution is smooth
+      ! In equilibrium no more than needed: halved cells leave a quarter of the error where the solution is smooth
       if (r%is_static) part = min(most_static, max(0.3_dp, (1 - (tolerance/r%value)**2)*4/3))
       low = 0
       high = maxval(squared, mask=open)
@@ -101,7 +101,7 @@ contains
       end associate
    end subroutine estimate_errors
 
-   !> Components of stress that are kept: those of the plane, and stress_33 of axisymmetric material.
+   !> Components of stress that are kept: in the plane, and stress_33 of axisymmetric material.
    pure integer function stress_components(p)
       type(particles_t), intent(in) :: p
       stress_components = merge(n_stress + 1, n_stress, p%thickness%is_ring)

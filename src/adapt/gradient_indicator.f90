@@ -192,11 +192,11 @@ contains
       end function mean_at
    end subroutine recovered_at_corners
 
-   !> R of each active node (23), of quadratic cells of each corner and between these what follows from them, 0 where the field is:
-   !> the mean of phi at the distance of the smallest cell at the node to both
-   !> sides in every direction, over phi at the node, less 1. Where no node stands there phi is interpolated. Beyond the edge of
-   !> the body or a cut it is mirrored, which is exact on a symmetry plane. At other edges the energy density, which the lumped
-   !> matrix has made flat there, is mirrored too; other fields go on linearly.
+   !> R of each active node (23), in quadratic cells of each corner and interpolated between these, 0 where the field is: the mean
+   !> of phi at the distance of the smallest cell at the node to both sides in every direction, over phi at the node, less 1.
+   !> Without a node there phi is interpolated. Beyond the edge of the body or a cut it is mirrored, which is exact on a symmetry
+   !> plane. At other edges the energy density, which the lumped matrix has made flat there, is mirrored too; other fields are
+   !> extrapolated linearly.
    subroutine refinement_parameter(m, name, phi, r)
       type(problem_t), intent(in) :: m
       character(*), intent(in) :: name           !! of the field

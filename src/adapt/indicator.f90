@@ -22,7 +22,7 @@ module hampm_indicator
       character(32) :: advice = ''               !! remedy for too many particles
       character(name_len) :: reach = ''          !! key of within how many cells of a tip it marks, of one that does
       logical :: is_of_places = .false.          !! whether it depends on places only, and marks before the first step
-      logical :: is_of_one_body = .false.        !! whether it takes all nodes of a cell for those of one body
+      logical :: is_of_one_body = .false.        !! whether all nodes of a cell count for one body
    end type indicator_t
 
    !> A row of the table.

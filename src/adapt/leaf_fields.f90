@@ -1,9 +1,9 @@
 !> Fields that children of particles take from their cells: the velocity gradient, and the mixed derivatives of the displacement.
 !>
-!> The displacement field of a leaf, or of a piece of one that is cut, from what its particles carry.
+!> The displacement field of a leaf, or of a piece of a cut one, from its particles.
 !>
-!> Particles have followed the nodes: u and its gradient are those of one field that is bilinear in each element of the leaf. Its
-!> values at the nodes are found again by least squares: exactly where particles have stayed in the leaf, closely elsewhere.
+!> Particles have followed the nodes: u and its gradient belong to one field that is bilinear in each element of the leaf. Its nodal
+!> values are found again by least squares: exactly where particles have stayed in the leaf, closely elsewhere.
 module hampm_leaf_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: interpolate_gradient, hourglasses_of, n_hourglasses, hourglass_directions, &
@@ -190,8 +190,8 @@ contains
       mean_gradient = mean_gradient/max(n, 1)
    end subroutine find_means
 
-   !> Add what a particle knows of the nodal values to the normal equations: its displacement and, times the size of its element,
-   !> the gradient, each less that of the mean linear field.
+   !> Add the data of a particle on the nodal values to the normal equations: its displacement and, times the size of its element,
+   !> the gradient, each less the mean linear field.
    subroutine add_particle(m, i, middle, mean_u, mean_gradient, n, node, matrix, rhs)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: i

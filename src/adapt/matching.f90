@@ -30,8 +30,8 @@ module hampm_matching
    private
    public :: match_particles, are_matched, adopt_forest, adopt_lines, complete_mesh
 
-   !> Edges of domains over that of their cell, above which they are split, and below which those of a parent are to be where
-   !> its children recombine
+   !> Edges of domains over the size of their cell, above which they are split, and below which a parent's must be for its children
+   !> to recombine
    real(dp), parameter :: longest = 1.5_dp, shortest = 1.2_dp
    integer, parameter :: most_on_crack = 3       !! how often more than others a particle on a crack may be split
 

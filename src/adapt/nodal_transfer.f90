@@ -28,11 +28,11 @@ contains
       old%cell = m%particles%cell(:m%particles%n)
    end subroutine leave_mesh
 
-   !> Carry what nodes keep to the present mesh, into which the particles have just been sorted.
+   !> Transfer nodal fields to the present mesh, into which the particles have just been sorted.
    subroutine carry_nodes(old, m)
       type(old_mesh_t), intent(inout) :: old
       type(problem_t), intent(inout) :: m
-      real(dp), allocatable :: kept(:, :)        ! fields, the components of one after those of the other, (components, n_points)
+      real(dp), allocatable :: kept(:, :)        ! fields, the components of one after those of another, (components, n_points)
       allocate (kept(0, old%grid%n_points))
       old%cell(m%cache%sorting%new_place(:size(old%cell))) = old%cell
       call put(m%state%displacement)

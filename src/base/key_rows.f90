@@ -31,7 +31,7 @@ module hampm_key_rows
       logical :: repeats                           !! whether it may stand several times
       integer :: presence                          !! meaning of its absence: `is_required`, `is_assumed`, `is_optional`
       character(96) :: meaning
-      logical :: is_apart = .false.                !! whether it goes with other choices than those of the template only
+      logical :: is_apart = .false.                !! whether it belongs to other choices than the template's only
    end type group_t
 
    !> A row of the table of keys.

@@ -18,7 +18,7 @@ contains
       version = by
    end subroutine identify
 
-   !> Whether two versions have the same number, whatever their commits.
+   !> Whether two versions have the same number, with any commits.
    pure logical function same_release(one, other)
       character(*), intent(in) :: one, other
       same_release = release_of(one) == release_of(other)

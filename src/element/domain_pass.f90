@@ -37,7 +37,7 @@ module hampm_domain_pass
    !> Part of an element so near to its sides that rounding could take a corner to another one
    real(dp), parameter :: near_side = 1e-11_dp
 
-   !> Where the corners of the domains are in the grid, and what they give to its elements.
+   !> Places of the corners of the domains in the grid, and their contributions to its elements.
    type :: corner_map_t
       integer, allocatable :: element(:, :)             !! in which each corner stands, (corners, n)
       real(dp), allocatable :: local(:, :, :)           !! where in it, 0 to 1, (ndim, corners, n)
@@ -243,7 +243,7 @@ contains
       if (pass%map_matrix) f%mass_matrix%assembled = .false.
    end subroutine map_corners
 
-   !> Sums at the nodes from those of the elements, as `assemble` has them.
+   !> Nodal sums from sums of the elements, as in `assemble`.
    subroutine assemble_corners(map, grid, f, mass, momentum, force)
       type(corner_map_t), intent(in) :: map
       type(grid_t), intent(in) :: grid

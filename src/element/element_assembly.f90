@@ -12,8 +12,8 @@ module hampm_element_assembly
 
 contains
 
-   !> The pattern of a matrix in which all unknowns of each of some elements are coupled, and those of each of some other groups of
-   !> nodes. Values are zero.
+   !> The pattern of a matrix that couples all unknowns of each of some elements, and of each of some other groups of nodes. Values
+   !> are zero.
    subroutine pattern_of_elements(grid, elements, numbering, matrix, groups)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: elements(:)
@@ -99,7 +99,7 @@ contains
       end do
    end subroutine matrix_by_masters
 
-   !> Add the matrix of an element; what it has for fixed degrees of freedom is left out.
+   !> Add the matrix of an element, without the rows and columns of fixed degrees of freedom.
    pure subroutine add_element(numbering, masters, by_master, matrix)
       type(numbering_t), intent(in) :: numbering
       integer, intent(in) :: masters(:)          !! of the element

@@ -15,7 +15,7 @@ module hampm_element_kernels
 
 contains
 
-   !> Add to the momenta of points numbered on what a kick does by a line of their stencil (`hampm_stencils`).
+   !> Add the effect of a kick to the momenta of consecutive points by a line of their stencil (`hampm_stencils`).
    pure subroutine add_mass_line(n, dt, c, a, momentum)
       integer, intent(in) :: n                          !! components of the points
       real(dp), intent(in) :: dt                        !! [s]
@@ -111,7 +111,7 @@ contains
       end do
    end function stiffness_by_lines
 
-   !> Add to the momenta what a kick of the particles does, p_i <- p_i + sum_j M_ij dv_j, dv being the polynomials `a` in the cells.
+   !> Add a kick of the particles to the momenta, p_i <- p_i + sum_j M_ij dv_j, dv being the polynomials `a` in the cells.
    pure subroutine apply_mass(a, masses, sums)
       real(dp), intent(in) :: a(lanes, corners, ndim), masses(lanes, n_masses)
       real(dp), intent(inout) :: sums(lanes, corners, ndim)

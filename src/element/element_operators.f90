@@ -35,7 +35,7 @@ module hampm_element_operators
    !> Which cells have an operator, and the numbers of these.
    type :: element_operators_t
       logical :: is_active = .false.                    !! whether any block has operators
-      logical :: is_behind = .false.                    !! whether particles have not yet got what the sums hold
+      logical :: is_behind = .false.                    !! whether particles do not have the sums yet
       ! Derived from the particles
       integer, allocatable :: material(:)               !! of those that have, else 0; (blocks)
       integer, allocatable :: with(:), without(:)       !! blocks that have, and the others
@@ -166,7 +166,7 @@ contains
       end do
    end subroutine sum_moments
 
-   !> Add what a pass does at some points to the sums.
+   !> Add the increments of a pass at some points to the sums.
    pure subroutine add_up(pass, dt, points, f, operators)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! [s]
@@ -179,7 +179,7 @@ contains
                                                     f%velocity(1, 1, pass%strain_by), operators%strain)
    end subroutine add_up
 
-   !> Add what a pass does at points numbered on to the sums.
+   !> Add the increments of a pass at consecutive points to the sums.
    pure subroutine add_up_from(pass, dt, first, n, f, operators)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! [s]
@@ -192,7 +192,7 @@ contains
                                                     operators%strain(1, first))
    end subroutine add_up_from
 
-   !> Add what a pass does to the momenta and forces at the points of some runs.
+   !> Add the effect of a pass to the momenta and forces at the points of some runs.
    pure subroutine apply_to_runs(operators, runs, pass, dt, f)
       type(element_operators_t), intent(inout) :: operators
       type(run_t), intent(in) :: runs(:)
@@ -242,7 +242,7 @@ contains
       end do
    end subroutine pass_by_all_operators
 
-   !> Let points that keep their sums begin with those of the particles, where these have been mapped anew.
+   !> Restart the sums of points with the sums over the particles, where these have been mapped anew.
    subroutine refresh_sums(operators, blocks, f)
       type(element_operators_t), intent(inout) :: operators
       type(cell_blocks_t), intent(in) :: blocks
@@ -277,7 +277,7 @@ contains
       end do
    end subroutine assemble_all
 
-   !> Give the particles what they have gained since they were up to date, and map them.
+   !> Update the particles by their increments, and map them.
    subroutine give_to_particles(operators, m, f)
       type(element_operators_t), intent(inout) :: operators
       type(matter_t), intent(inout) :: m
@@ -308,7 +308,7 @@ contains
       operators%is_behind = .false.
    end subroutine clear_sums
 
-   !> Keep what particles of cells with operators have not got yet. When it is read, the operators have been found.
+   !> Archive the increments of particles that are behind. When they are read, the operators have been found.
    subroutine archive_gains(operators, archive)
       type(element_operators_t), intent(inout) :: operators
       class(archive_t), intent(inout) :: archive

@@ -63,7 +63,7 @@ contains
       if (last > 0) call close_products(m, last, is_tangent, products, matrix)
    end subroutine element_stiffness
 
-   !> Add what products up to a particle make with its moduli, and begin anew.
+   !> Add the products up to a particle, times its moduli, and begin anew.
    pure subroutine close_products(m, i, is_tangent, products, matrix)
       class(matter_t), intent(in) :: m
       integer, intent(in) :: i
@@ -204,7 +204,7 @@ contains
       end do
    end subroutine sum_products
 
-   !> Change of the stress, its components first, with those of the displacement gradient [Pa].
+   !> Change of the stress, components first, with the components of the displacement gradient [Pa].
    pure function moduli_of(material, n, h, old_state, hoop) result(moduli)
       type(material_t), intent(in) :: material
       integer, intent(in) :: n                   !! derivatives of a shape function

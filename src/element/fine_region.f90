@@ -45,13 +45,13 @@ module hampm_fine_region
       integer, allocatable :: material(:)        !! of each part
       real(dp), allocatable :: moments(:, :, :)  !! [m3], (lanes, n_moments, parts)
       ! Contributions of the blocks: vectors at the corners, (lanes, corners, ndim, 0:blocks), of block 0 zero
-      integer, allocatable :: place(:, :)        !! where those of the cells around a point stand, (corners, points)
+      integer, allocatable :: place(:, :)        !! place of each cell around a point among them, (corners, points)
       integer, allocatable :: high_valence(:, :) !! points with more cells than that, and where the others stand; (cells, 2)
    end type fine_region_t
 
 contains
 
-   !> Find what changes in a coarse step of 2**largest finest ones.
+   !> Find the region that changes in a coarse step of 2**largest finest ones.
    subroutine find_region(largest, blocks, dofs, list, free, inverse_lumped, p, region)
       integer, intent(in) :: largest             !! above 0
       type(cell_blocks_t), intent(in) :: blocks  !! with groups up to that
@@ -175,7 +175,7 @@ contains
       region%first_part(n + 1) = k + 1
    end subroutine find_parts
 
-   !> Find where what the cells around each point hold stands.
+   !> Find the places of the contributions of the cells around each point.
    subroutine find_places(blocks, number_of, region)
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: number_of(:)        !! in the region, by point of the grid
@@ -193,8 +193,7 @@ contains
       end associate
    end subroutine find_places
 
-   !> Where what stands at a slot of `cell_blocks_t` stands among the vectors of the first blocks; that of others is the first, a
-   !> zero.
+   !> Place of a slot of `cell_blocks_t` among the vectors of the first blocks; for other blocks the first, a zero.
    elemental integer function place_of(slot, n_blocks) result(place)
       integer, intent(in) :: slot, n_blocks
       associate (block => (slot - 1)/(lanes*corners*n_sums), within => mod(slot - 1, lanes*corners*n_sums))

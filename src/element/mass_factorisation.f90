@@ -146,14 +146,14 @@ contains
       fits = same_pattern(self, coupled_cells(mass))
    end function fits
 
-   !> Whether what was factorised is positive definite.
+   !> Whether the factorised matrix is positive definite.
    pure logical function is_definite(self)
       class(mass_factorisation_t), intent(in) :: self
       integer :: k
       is_definite = all([(self%factors(k)%factorised%is_definite .or. self%factors(k)%unknowns%n == 0, k=1, size(self%factors))])
    end function is_definite
 
-   !> Whether the coupled cells are those of the last analysis.
+   !> Whether the coupled cells are the same as in the last analysis.
    pure logical function same_pattern(self, coupled)
       type(mass_factorisation_t), intent(in) :: self
       integer, intent(in) :: coupled(:)
@@ -209,7 +209,7 @@ contains
       self%analyses = self%analyses + 1
    end subroutine analyse
 
-   !> Whether directions may share a factor: in each nothing is fixed but what is fixed in all, or all that is fixed in any of them.
+   !> Whether directions may share a factor: each fixes only nodes that are fixed in all, or all that are fixed in any of them.
    pure logical function fit_together(fixed, these) result(fit)
       logical, intent(in) :: fixed(:, :)         !! which degrees of freedom are fixed, (ndim, n_nodes)
       logical, intent(in) :: these(ndim)         !! directions
@@ -220,7 +220,7 @@ contains
       fit = all([(.not. these(d) .or. all(fixed(d, :) .eqv. in_all) .or. all(fixed(d, :) .eqv. in_any), d=1, ndim)])
    end function fit_together
 
-   !> Fill the matrix from its cells; what other cells add to its nodes is on the diagonal.
+   !> Fill the matrix from its cells; the masses of other cells at its nodes are on the diagonal.
    subroutine fill(factor, grid, mass, coupled)
       type(factor_t), intent(inout) :: factor
       type(grid_t), intent(in) :: grid
@@ -289,7 +289,7 @@ contains
       end do
    end subroutine scatter
 
-   !> Give back the memory.
+   !> Release the memory.
    subroutine release(self)
       class(mass_factorisation_t), intent(inout) :: self
       integer :: k

@@ -21,8 +21,8 @@ module hampm_mass_matrix
              clear_empty_cells, invert_lumped, assemble, eigenvalue_floor, floor_of_domains, floor_of_quadratic, nodes_per_chunk
 
    real(dp), parameter :: eigenvalue_floor = merge(0.05_dp, 0.0112_dp, ndim == 2) !! below 4**(-ndim), of four or eight particles
-   !> The same where particles have domains, which come into a cell a corner at a time: what is lumped takes spin from material that
-   !> turns, and the equations are solved as well (docs/explanation/domains.md)
+   !> The same with domains, whose corners enter a cell one by one: lumping takes spin from material that turns, and the equations
+   !> are solved as well (docs/explanation/domains.md)
    real(dp), parameter :: floor_of_domains = 1e-3_dp
    !> The same of quadratic cells
    real(dp), parameter :: floor_of_quadratic = 0.02_dp
@@ -36,7 +36,7 @@ module hampm_mass_matrix
       integer, allocatable :: cells(:)                  !! elements, (n_cells or more)
    end type region_t
 
-   !> The matrix with what is needed to multiply by it.
+   !> The matrix, and the data to multiply by it.
    type :: mass_matrix_t
       integer :: layout = 0                             !! how often the occupied cells have been listed anew
       logical :: is_solved = .false.                    !! whether equations are solved with M, else it is multiplied by
@@ -63,7 +63,7 @@ module hampm_mass_matrix
                                                         !! lumped masses need no solution with it
       integer :: version = 0                            !! how often the rows have been summed
       logical :: stays = .false.                        !! whether the masses of cells stay from step to step
-      logical :: assembled = .false.                    !! whether the rows are those of the cells
+      logical :: assembled = .false.                    !! whether the rows are the sums of the cells
       type(pattern_t) :: pattern                        !! of the rows
       real(dp), allocatable :: row(:, :)                !! M by rows of the coupled region [kg], (width, n_points)
       real(dp), allocatable :: inverse_row(:, :)        !! sum of D_e M_e^-1 D_e by such rows [kg]
@@ -322,7 +322,7 @@ contains
       end do
    end subroutine find_diagonal
 
-   !> Put on the diagonals of the rows what is lumped of the cells whose nodes may hang: it is given to nodes first.
+   !> Put the lumped parts of cells whose nodes may hang on the diagonals of the rows: they go to nodes first.
    subroutine add_left_out(grid, matrix)
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(inout) :: matrix
@@ -350,8 +350,8 @@ contains
       end associate
    end subroutine add_left_out
 
-   !> D M^-1 D of a cell's matrix M, D being its lumped matrix, by Gauss-Jordan elimination in place. What of M has been left out,
-   !> as where nodes of the cell may hang, is put on its diagonal.
+   !> D M^-1 D of a cell's matrix M, D being its lumped matrix, by Gauss-Jordan elimination in place. The part of M that has been
+   !> left out, as where nodes of the cell may hang, is put on its diagonal.
    pure subroutine invert_cell(n, diagonal, m, inverse)
       integer, intent(in) :: n
       real(dp), intent(in) :: diagonal(n), m(n, n)

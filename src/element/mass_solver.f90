@@ -38,7 +38,7 @@ module hampm_mass_solver
    character(*), parameter :: no_numbers = 'momenta or forces of the nodes are too large or no longer numbers. Likely cause: '// &
                               'the run is unstable; reduce &method courant, or time_step of implicit steps'
 
-   !> How nodal equations are solved, with what is kept from one solution to the next.
+   !> Solution of nodal equations, with the data kept from one solution to the next.
    type :: mass_solver_t
       integer :: by = by_lumped
       integer :: order = 1                          !! of fmpm
@@ -63,8 +63,7 @@ module hampm_mass_solver
 
 contains
 
-   !> A solver for a grid, new or in the place of that for another grid, whose counts go on. Fails where the memory does not
-   !> suffice.
+   !> A solver for a grid, new or replacing one for another grid, whose counts continue. Fails where the memory does not suffice.
    subroutine new_mass_solver(by, order, grid, constraints, s, failure, ghosts)
       integer, intent(in) :: by                     !! `by_lumped`, ...
       integer, intent(in) :: order                  !! of fmpm
@@ -158,8 +157,8 @@ contains
       if (allocated(self%constraints%turning)) call let_turn(self%constraints, matrix%lumped, b, x)
    end subroutine hold_or_turn
 
-   !> Solve M x = b between steps, as `solve_mass` does, and leave it to the steps to find that the matrix has to be factorised
-   !> anew: so what they do does not depend on what is solved between them.
+   !> Solve M x = b between steps, as `solve_mass` does, and leave a new factorisation of the matrix to the steps: these do not
+   !> depend on solutions between them.
    subroutine solve_aside(s, grid, matrix, b, x, failure)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
@@ -363,9 +362,9 @@ contains
 
    !> r = D^-1 (b - M x), the squares of its norms, and those of D^-1 b.
    !>
-   !> There are two norms: that of D, and that in which a node with hardly any mass counts as if it had a `light` one. A force at
-   !> a node that a particle has just touched is beyond all bounds in the first and would hide what is left at all other nodes;
-   !> in the second such nodes themselves are hidden.
+   !> There are two norms: of D, and one in which a node with hardly any mass counts as if it had a `light` one. A force at a node
+   !> that a particle has just touched is beyond all bounds in the first and would hide the residual at all other nodes; in the
+   !> second such nodes themselves are hidden.
    subroutine start_residual(s, grid, matrix, diagonal, b, x, norm, norm_of_b)
       type(mass_solver_t), intent(inout) :: s
       type(grid_t), intent(in) :: grid
@@ -409,7 +408,7 @@ contains
       end do
    end subroutine start_nodes
 
-   !> Add what a node contributes to the squares of both norms.
+   !> Add the contributions of a node to the squares of both norms.
    pure subroutine add_norms(mass, light_mass, r, norm)
       real(dp), intent(in) :: mass, light_mass, r(ndim)
       real(dp), intent(inout) :: norm(ndim, norms)
@@ -482,11 +481,11 @@ contains
       total = sum(s%partial(:, 1, :chunk_count(region)), dim=2)
    end function dot
 
-   !> Keep what a solver has factorised, and its counts.
+   !> Archive the factorisation of a solver, and its counts.
    subroutine archive_solver(solver, name, grid, stays, matrix, archive)
       character(*), intent(in) :: name
       type(grid_t), intent(in) :: grid
-      logical, intent(in) :: stays                  !! whether the present matrix is that of the next step too
+      logical, intent(in) :: stays                  !! whether the next step has the same matrix
       type(mass_matrix_t), intent(in) :: matrix     !! the present one
       type(mass_solver_t), intent(inout) :: solver
       class(archive_t), intent(inout) :: archive

@@ -24,7 +24,7 @@ module hampm_mean_force
    private
    public :: mean_force_t, make_room, add_mean_change, theta
 
-   integer, parameter :: stride = lanes*corners  !! among what cells hold, from one component to the next
+   integer, parameter :: stride = lanes*corners  !! of the data of cells, from one component to the next
 
    real(dp), parameter :: least_theta = 1.05_dp, theta_by_level = 0.05_dp
    integer, parameter :: worth_threads = 2*nodes_per_chunk !! points or blocks that are shared between threads
@@ -37,8 +37,8 @@ module hampm_mean_force
       real(dp), allocatable, private :: change(:, :)        !! sums of the force or momentum of the cells around [N], (ndim, points)
       real(dp), allocatable, private :: kick(:, :)          !! change of D**-1 f [m/s2], (ndim, points)
       real(dp), allocatable, private :: force_sum(:, :)     !! of the changes of the force in all finest steps [N], (ndim, nodes)
-      real(dp), allocatable, private :: acceleration_sum(:, :) !! of those of the acceleration [m/s2], (ndim, nodes)
-      integer, allocatable, private :: start(:)             !! where in the next two what was kept at a turn stands, (0:largest)
+      real(dp), allocatable, private :: acceleration_sum(:, :) !! of the changes of the acceleration [m/s2], (ndim, nodes)
+      integer, allocatable, private :: start(:)             !! start of the data of a turn in the next two, (0:largest)
       real(dp), allocatable, private :: displacement_then(:, :) !! kept at the last turns, (ndim, ..)
       real(dp), allocatable, private :: sum_then(:, :)
       real(dp), allocatable, private :: force(:, :, :, :)   !! change [N], (lanes, corners, ndim, 0:blocks)
@@ -47,13 +47,13 @@ module hampm_mean_force
 
 contains
 
-   !> By what steps in the first half of an interval of 2**(turn + 1) finest steps are exaggerated.
+   !> Factor of the steps in the first half of an interval of 2**(turn + 1) finest steps.
    pure real(dp) function theta(turn, largest)
       integer, intent(in) :: turn, largest
       theta = least_theta + (largest - 1 - turn)*theta_by_level
    end function theta
 
-   !> Room for what is summed up in a region.
+   !> Allocate the sums of a region.
    subroutine make_room(region, mean)
       type(fine_region_t), intent(in) :: region
       type(mean_force_t), intent(out) :: mean
@@ -71,7 +71,7 @@ contains
       end associate
    end subroutine make_room
 
-   !> Add to the nodal forces by what their mean over a coarse step of 2**largest steps `dt` differs from them.
+   !> Add to the nodal forces the difference of their mean over a coarse step of 2**largest steps `dt`.
    subroutine add_mean_change(mean, materials, blocks, dt, acceleration, force)
       type(mean_force_t), intent(inout) :: mean
       type(material_t), intent(in) :: materials(:)
@@ -139,7 +139,7 @@ contains
       end associate
    end subroutine displace
 
-   !> Find by what the forces of the cells whose turn it is change, and the kicks D**-1 f of their nodes.
+   !> Find the changes of the forces of the cells with a turn, and the kicks D**-1 f of their nodes.
    subroutine find_forces(mean, materials, blocks, turn)
       type(mean_force_t), intent(inout) :: mean
       type(material_t), intent(in) :: materials(:)
@@ -164,7 +164,7 @@ contains
       end associate
    end subroutine find_forces
 
-   !> Find by what the accelerations B f change where they do.
+   !> Find the changes of the accelerations B f.
    subroutine find_accelerations(mean, turn)
       type(mean_force_t), intent(inout) :: mean
       integer, intent(in) :: turn
@@ -209,14 +209,14 @@ contains
       end associate
    end subroutine sum_at_points
 
-   !> How far nodes are displaced: from where an interval began, by a constant acceleration in its first half. It is the mean of
-   !> those in that half, a0 + (sum now - sum then)/steps. Both are kept for the intervals that begin now.
+   !> Displacement of nodes: from the start of an interval, by a constant acceleration in its first half: the mean of the
+   !> accelerations there, a0 + (sum now - sum then)/steps. Both are kept for the intervals that begin now.
    pure subroutine place_nodes(n, factor, share, a0, sum_then, sum_now, d_then, d, kept_sum, kept_d)
       integer, intent(in) :: n                          !! components of the nodes
       real(dp), intent(in) :: factor                    !! displacement over acceleration [s2]
       real(dp), intent(in) :: share                     !! 1/steps
       real(dp), intent(in) :: a0(n)                     !! where no node is displaced [m/s2]
-      real(dp), intent(in) :: sum_then(n), sum_now(n)   !! of what it changes by, over the finest steps [m/s2]
+      real(dp), intent(in) :: sum_then(n), sum_now(n)   !! of its changes, over the finest steps [m/s2]
       real(dp), intent(in) :: d_then(n)                 !! [m]
       real(dp), intent(out) :: d(n)                     !! [m]
       real(dp), intent(out) :: kept_sum(n), kept_d(n)
@@ -277,7 +277,7 @@ contains
       end do
    end subroutine kick_cells
 
-   !> Sum at some points what the cells around them hold, always in the order of the cells.
+   !> Sum the contributions of the cells at some points, always in the order of the cells.
    pure subroutine gather(first, last, place, held, total)
       integer, intent(in) :: first, last                !! points
       integer, intent(in) :: place(corners, *)          !! where it stands, by point

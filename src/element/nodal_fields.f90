@@ -21,7 +21,7 @@ module hampm_nodal_fields
    integer, parameter :: v_next = 2              !! v^(n+1) = v^n + a dt, which moves the particles
    integer, parameter :: v_mapped = 3            !! v^(n+1) as it is mapped anew from the velocities of the particles
 
-   !> Arrays by node go on over the hanging nodes (`hampm_dofs`): values are distributed to them, and their sums condensed.
+   !> Arrays by node include the hanging nodes (`hampm_dofs`): values are distributed to them, and their sums condensed.
    type :: nodal_fields_t
       type(mass_matrix_t) :: mass_matrix                !! M and D of the nodes of occupied cells
       real(dp), allocatable :: momentum(:, :)           !! right-hand side of (8) [kg m/s], (ndim, n_points)
@@ -85,7 +85,7 @@ contains
       call list_active_nodes(grid, blocks%occupied(:blocks%n_occupied), f)
    end subroutine find_active_nodes
 
-   !> List the nodes of elements with material, and clear what other elements and nodes hold.
+   !> List the nodes of elements with material, and clear the values of other elements and nodes.
    subroutine list_active_nodes(grid, occupied, f)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: occupied(:)         !! elements, ascending
@@ -177,7 +177,7 @@ contains
       end associate
    end subroutine finish_sums
 
-   !> Keep what the next step needs of the nodal values of the last one, and what it has left in the cells.
+   !> Archive the nodal values of the last step that the next one needs, and the contributions of the cells.
    subroutine archive_fields(f, grid, n_blocks, mapped, archive)
       type(nodal_fields_t), intent(inout) :: f
       type(grid_t), intent(in) :: grid

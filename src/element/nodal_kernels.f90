@@ -202,7 +202,7 @@ contains
       end do
    end subroutine divide_by_mass
 
-   !> Damp the accelerations of some points and find their new velocities and, where wanted, what they add to the powers of
+   !> Damp the accelerations of some points and find their new velocities and, where wanted, their contributions to the powers of
    !> `accelerate`.
    pure subroutine advance_velocities(n, nodes, damping_rate, dt, with_power, momentum, force, v_n, acceleration, v_next, power)
       integer, intent(in) :: n, nodes(n)
@@ -228,7 +228,7 @@ contains
       end do
    end subroutine advance_velocities
 
-   !> Sum of m v^n . v^(n+1) over some nodes: what the damping takes, over its rate and dt [J].
+   !> Sum of m v^n . v^(n+1) over some nodes: the dissipation of damping, over its rate and dt [J].
    pure real(dp) function damping_product(n, nodes, mass, v_n, v_next) result(total)
       integer, intent(in) :: n, nodes(n)
       real(dp), intent(in) :: mass(*), v_n(ndim, *), v_next(ndim, *)

@@ -127,9 +127,8 @@ contains
       end do
    end subroutine locate_reference
 
-   !> Local coordinates of the present positions, kept inside the cells, and by how much that has changed them: add the sums by
-   !> lane, in cells. At most `rows` times 2 `ndim` times `edge_margin` is rounding; more, or what is not a number, tells that a
-   !> particle has left.
+   !> Local coordinates of the present positions, kept inside the cells, with the sums of their changes by this, by lane, in cells.
+   !> At most `rows` times 2 `ndim` times `edge_margin` is rounding; more, or NaN, tells that a particle has left.
    pure subroutine locate_present(n, rows, ld, lower, inverse_size, x, u, xi, beyond)
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: lower(lanes, ndim, n), inverse_size(lanes, n), x(ld, ndim), u(ld, ndim)
@@ -159,7 +158,7 @@ contains
       end do
    end subroutine locate_present
 
-   !> v <- v + a: what is interpolated from the nodes.
+   !> v <- v + a, interpolated from the nodes.
    pure subroutine add_field(n, rows, ld, xi, a, v)
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim, n)
@@ -187,7 +186,7 @@ contains
       end do
    end subroutine add_field
 
-   !> H <- H + L, L being the gradient of what is interpolated from the nodes, or where it `multiplies` H <- H + L (I + H).
+   !> H <- H + L, L being the gradient of an interpolated field, or where it `multiplies` H <- H + L (I + H).
    pure subroutine add_gradient(n, rows, ld, multiplies, xi, a, h)
       integer, intent(in) :: n, rows, ld
       logical, intent(in) :: multiplies
@@ -329,7 +328,7 @@ contains
       end do
    end subroutine add_momentum
 
-   !> Add the mass matrices (6) of the particles to those of the cells of a block.
+   !> Add the mass matrices (6) of the particles to the matrices of the cells of a block.
    pure subroutine add_matrix(rows, ld, xi, mass, matrix)
       integer, intent(in) :: rows, ld
       real(dp), intent(in) :: xi(ld, ndim), mass(ld)

@@ -257,7 +257,7 @@ contains
          end do
       end subroutine clear_matrices
 
-      !> Add the mass matrices of some rows of a block to those of its cells.
+      !> Add the mass matrices of some rows of a block to the matrices of its cells.
       subroutine add_block_matrices(rows, ld, xi, mass, block)
          integer, intent(in) :: rows, ld, block
          real(dp), intent(in) :: xi(ld, ndim), mass(ld)
@@ -321,7 +321,7 @@ contains
          end do
       end subroutine load_rows
 
-      !> Copy back what a pass can have changed.
+      !> Copy back the columns that a pass can have changed.
       subroutine store_rows()
          integer :: l, r, k, i, e
          do l = 1, lanes

@@ -15,7 +15,7 @@ module hampm_pass
 
    !> Operations of a pass on each particle, in this order.
    type :: pass_t
-      logical :: locate = .false.                !! find the local coordinates; else they are those of the last pass
+      logical :: locate = .false.                !! find the local coordinates; else they are of the last pass
       logical :: kick = .false.                  !! v <- v + a dt
       real(dp) :: strain_fraction = 0            !! part of the step over which to strain, 0: not at all
       integer :: strain_by = v_n                 !! which nodal velocity strains the particles
@@ -26,10 +26,10 @@ module hampm_pass
       logical :: momentum_later = .false.        !! but not by element operators: unused before particles are up to date
       logical :: map_matrix = .false.            !! mass matrix to the cells
       logical :: map_force = .false.             !! internal force to the grid
-      logical :: audit = .false.                 !! sum what the energy balance asks for
+      logical :: audit = .false.                 !! sum the terms of the energy balance
    end type pass_t
 
-   !> A scheme as passes. After the last pass of a step the cells hold what `map_at_start` maps.
+   !> A scheme as passes. After the last pass of a step the cells hold the sums of `map_at_start`.
    type :: scheme_t
       character(name_len) :: name = ''           !! 'usf', 'usl', 'usavg' or 'musl'
       logical :: remaps = .false.                !! whether velocities are mapped anew after the kick

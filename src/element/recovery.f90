@@ -31,12 +31,12 @@ module hampm_recovery
    integer, parameter :: n_terms = 6             !! of a quadratic function of two coordinates
 
    !> Variance of the places of the particles, over the square of the smallest cell around, below which a slope is not trusted but
-   !> kept small: that of particles which stand evenly on a tenth of a cell, w**2/12 with w = 0.11.
+   !> kept small: of particles evenly on a tenth of a cell it is w**2/12 with w = 0.11.
    real(dp), parameter :: least_spread = 1.0e-3_dp
 
 contains
 
-   !> Nodal values of a field of `width` components, from all particles or from those of one material.
+   !> Nodal values of a field of `width` components, from all particles or from particles of one material.
    subroutine recover(m, matrix, width, field, nodal, material)
       type(matter_t), intent(in) :: m
       type(mass_matrix_t), intent(in) :: matrix
@@ -58,7 +58,7 @@ contains
 
    !> Coefficients at the corners of quadratic cells, of 1, x, y, x**2, x y and y**2 with x and y from the node in edges of the
    !> smallest cell there, of the best quadratic fit to the particles of the cells around it: one order more than the stress of such
-   !> cells. From all particles or from those of one material.
+   !> cells. From all particles or from particles of one material.
    subroutine recover_quadratic(m, width, field, coefficient, edge, material)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: width
@@ -78,7 +78,7 @@ contains
       end do
    end subroutine recover_quadratic
 
-   !> The same at one node, by the normal equations. What few particles leave open is kept small.
+   !> The same at one node, by the normal equations. Components that few particles do not determine are kept small.
    subroutine fit_quadratic(m, node, width, field, coefficient, edge, number, material)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: node, width
@@ -226,7 +226,7 @@ contains
       end do
    end function are_corners
 
-   !> Give sums at the other points, as masses are, to the corners: those in the middle of a cell to its sides, those of sides to
+   !> Distribute sums at the other points, such as masses, to the corners: from the middle of a cell to its sides, from sides to
    !> their ends.
    pure subroutine gather_at_corners(grid, is_corner, sums)
       type(grid_t), intent(in) :: grid
@@ -251,8 +251,8 @@ contains
       end do
    end subroutine gather_at_corners
 
-   !> Give the other points the mean of the ends of their side, and those in the middle of cells that of their sides: the function
-   !> that is bilinear in the cell.
+   !> Interpolate the other points from the corners: on a side the mean of its ends, in the middle of a cell the mean of its sides:
+   !> the bilinear function of the cell.
    pure subroutine spread_from_corners(grid, is_corner, values)
       type(grid_t), intent(in) :: grid
       logical, intent(in) :: is_corner(:)

@@ -34,10 +34,10 @@ module hampm_stencils
       integer :: home = 0                        !! of a single point: its contribution with the sums; 0: at the points
    end type run_t
 
-   !> The stencils, line by line, and that of each point.
+   !> The stencils, line by line, and the stencil of each point.
    type :: stencils_t
       integer, allocatable :: first_line(:)      !! of each stencil, (stencils + 1)
-      integer, allocatable :: middle(:)          !! of a line: its point minus that of the stencil, ascending in a stencil; (lines)
+      integer, allocatable :: middle(:)          !! of a line: its point minus the stencil's, ascending in a stencil; (lines)
       real(dp), allocatable :: mass(:, :)        !! M_ij of its points [kg], (-1:1, lines)
       real(dp), allocatable :: stiffness(:, :, :, :) !! minus K_ij [N/m], (ndim, ndim, -1:1, lines)
       integer, allocatable :: of_point(:)        !! 0 where no cell around has an operator, (n_points)
@@ -318,7 +318,7 @@ contains
       end do
    end subroutine find_next
 
-   !> Add to the sums of the points of some runs what a pass does.
+   !> Add the effect of a pass to the sums of the points of some runs.
    pure subroutine apply_stencils(s, runs, pass, dt, n_points, acceleration, velocity, momentum, force, contribution)
       type(stencils_t), intent(in) :: s
       type(run_t), intent(in) :: runs(:)
@@ -339,7 +339,7 @@ contains
             lines = s%first_line(run%stencil) - first
             from = run%first
             n = 0
-            if (run%n > 1) then                  ! points from there on whose lines have in memory what is beside them
+            if (run%n > 1) then                  ! from there on, lines have their neighbours contiguous in memory
                from = max(from, 3 - s%middle(first))
                n = max(0, min(run%first + run%n, n_points - s%middle(first + lines - 1) - 1) - from)
                do k = first, first + lines - 1

@@ -86,7 +86,7 @@ contains
       operators%without = pack([(k, k=1, size(operators%kind_of))], operators%kind_of == 0)
    end subroutine find_support_operators
 
-   !> Find the mass matrix of cells of a kind, by that of one of them.
+   !> Find the mass matrix of cells of a kind, from one of them.
    pure subroutine find_mass(m, cell, cell_mass, kind)
       type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
@@ -131,7 +131,7 @@ contains
       if (any(abs(a%mass) > 0)) is_alike = is_alike .and. all(abs(a%mass - b%mass) <= alike)
    end function is_alike
 
-   !> Add to the contributions of the cells that have operators what a pass does.
+   !> Add the effect of a pass to the contributions of the cells with operators.
    subroutine apply_support_operators(operators, pass, dt, blocks, f)
       type(support_operators_t), intent(in) :: operators
       type(pass_t), intent(in) :: pass

@@ -27,7 +27,7 @@ module hampm_support_pass
    private
    public :: pass_by_supports, mass_of_cell
 
-   real(dp), parameter :: rounding = 1e-12_dp    !! of masses of points, over that of a cell
+   real(dp), parameter :: rounding = 1e-12_dp    !! of masses of points, over the mass of a cell
 
    !> Some particles of a cell side by side, and the functions of its points where they are.
    type :: group_t
@@ -121,7 +121,7 @@ contains
       call store(pass, cell, m%particles%thickness%is_ring, mass, momentum, force, f)
    contains
 
-      !> Give the particles what the points do to them (G2P).
+      !> Update the particles by the values of the points (G2P).
       subroutine update_particles()
          real(dp) :: change(lanes, ndim, ndim), x(lanes, ndim), xi(ndim)
          integer :: l
@@ -183,7 +183,7 @@ contains
          if (pass%updates_state) call update_particle_state(material, pass%strain_fraction*dt, m%particles, i)
       end subroutine strain_particle
 
-      !> Give the points what the particles do to them (P2G).
+      !> Add the contributions of the particles to the points (P2G).
       subroutine give()
          real(dp), dimension(lanes) :: m_p, hoop, half, radius
          real(dp) :: t(lanes, ndim, ndim)
@@ -293,7 +293,7 @@ contains
       end do
    end subroutine interpolate
 
-   !> Add what particles have, by the functions of the points or their gradients, to sums by lane at these.
+   !> Add values of particles, by the functions of the points or their gradients, to sums by lane at these.
    pure subroutine add_to_points(points, functions, x, sums)
       integer, intent(in) :: points
       real(dp), intent(in) :: functions(lanes, points), x(lanes)
@@ -340,7 +340,7 @@ contains
       is_by_place = material%mean_dilatation .and. p%total_frame .and. material%is_finite
    end function is_by_place
 
-   !> The radius that goes with these gradients [m].
+   !> The radius for these gradients [m].
    pure real(dp) function radius_of(material, p, i) result(radius)
       type(material_t), intent(in) :: material
       type(particles_t), intent(in) :: p
@@ -397,7 +397,7 @@ contains
       end do
    end function mass_of_cell
 
-   !> Find the mass matrix of a cell, and what of it is lumped.
+   !> Find the mass matrix of a cell, and its lumped part.
    pure subroutine find_matrix(m, cell, matrix)
       type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell

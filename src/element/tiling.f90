@@ -1,12 +1,12 @@
 !> The order in which the parts of a step are done so that they find their data in the cache.
 !>
 !> A step is a sequence of stages, by turns of nodes and of blocks (`hampm_particle_pass`): a node needs the blocks around it to
-!> have done the stage before, a block its nodes. Done one stage after the other, each moves all data through the memory. Instead
-!> `blocks_per_tile` blocks are done at a time, and then at once, stage by stage, whatever is ready. In the order of the grid most
-!> of that lies in the same or in the last tiles. The order of the parts changes no number.
+!> have done the stage before, a block its nodes. Stage by stage, each would move all data through the memory. Instead
+!> `blocks_per_tile` blocks are done at a time, and then at once, stage by stage, all that is ready. In the order of the grid most
+!> of it is in the same or the last tiles. The order of the parts changes no number.
 !>
-!> A thread does regions: some tiles in succession. Nodes of the first stage that several regions need are done before, and what
-!> needs several regions, after all these. Regions do not depend on the number of threads, so that sums by tile do not.
+!> A thread does regions: some tiles in succession. Nodes of the first stage that several regions need are done before, and items
+!> that need several regions, after all these. Regions do not depend on the number of threads, so that sums by tile do not.
 !>
 !> This is for models in which nodes need only the cells around them: lumped masses, no hanging nodes, no faces in contact. Some
 !> nodes may wait: their accelerations are there after the first part of a step, and all that needs these comes in the second.
@@ -27,7 +27,7 @@ module hampm_tiling
    private
    public :: tiling_t, plan_tiles, is_planned, step_in_tiles
 
-   integer, parameter :: items_at_a_time = 64    !! that a thread does, of those of no region
+   integer, parameter :: items_at_a_time = 64    !! that a thread does, of items of no region
    integer, parameter :: runs_at_a_time = 8      !! the same of runs
    integer, parameter :: blocks_per_tile = merge(128, 32, ndim == 2) !! whose particles fit into the second cache
 
@@ -38,7 +38,7 @@ module hampm_tiling
       type(run_t), allocatable :: runs(:)        !! points with stencils, where there are element operators
    end type stage_t
 
-   !> The tiles and regions of a grid, and what is done in each of them at each stage.
+   !> The tiles and regions of a grid, and the items of each of them at each stage.
    type :: tiling_t
       integer :: n_tiles = 0
       integer :: n_regions = 0
@@ -241,7 +241,7 @@ contains
       end if
    end subroutine sort_nodes
 
-   !> Sort items by tile; those of -1 come behind all.
+   !> Sort items by tile; items of tile -1 come last.
    subroutine sort_items(plan, tile, start, item)
       type(tiling_t), intent(in) :: plan
       integer, intent(in) :: tile(:)
@@ -269,7 +269,7 @@ contains
       real(dp), intent(out) :: damping_loss             !! dissipation of the damping, dt sum alpha m v^n . v^(n+1) [J]
       integer, intent(in) :: part                       !! 1 or 2; 0: both
       integer :: last                                   ! stage with accelerations
-      logical :: is_waiting                             ! whether what needs these is in the other part
+      logical :: is_waiting                             ! whether items that need these are in the other part
       integer :: phase, between, region, tile, s
       damping_loss = 0
       last = 1
@@ -305,7 +305,7 @@ contains
       end do
       if (part /= 1 .and. damping_rate > 0) damping_loss = dt*damping_rate*sum_of_damping(f)
    contains
-      !> Do what belongs to no region, stage by stage, each by all threads.
+      !> Do the items of no region, stage by stage, each by all threads.
       subroutine do_across(t, from, to)
          integer, intent(in) :: t
          integer, intent(in) :: from, to         !! stages
@@ -347,7 +347,7 @@ contains
          end associate
       end subroutine do_items
 
-      !> Do some runs of a stage: what the pass before it does, and the equations of points that keep their sums.
+      !> Do some runs of a stage: the pass before it, and the equations of points that keep their sums.
       subroutine do_runs(s, first, last_run)
          integer, intent(in) :: s, first, last_run
          integer :: r, i, n
@@ -382,7 +382,7 @@ contains
          finds_acceleration = merge(scheme%map_at_start%map_force, scheme%passes(max(1, s/2))%map_force, s == 1)
       end function finds_acceleration
 
-      !> Add up what operators need of the nodes of a stage.
+      !> Add up the nodal increments of a stage for the operators.
       subroutine add_up_items(s, first, last_item)
          integer, intent(in) :: s, first, last_item
          if (operators%is_active) call add_up(scheme%passes((s + 1)/2), dt, plan%stages(s)%item(first:last_item), f, operators)

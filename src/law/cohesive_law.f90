@@ -6,10 +6,10 @@
 !>
 !>    T_n = g_n/(e + c),   T_s = g_s/(k (e + c)),   c = G_I/S_I**2 x/t,   k = (G_II/S_II**2)/(G_I/S_I**2)
 !>
-!> e is the elastic compliance and that of the layer of the cells, in series: it shears the curve and keeps its area, so a coarse
-!> mesh changes no toughness. Theory: docs/explanation/cracks.md. Sources: Camanho & Davila, NASA TM 2002-211737 (mixed mode, power
-!> law); Turon, Camanho, Costa & Renart, Composite Structures 92 (2010), 1857 (stiffness of sliding from strengths and toughnesses
-!> of both modes).
+!> e is the compliance of the elastic part and the layer of the cells, in series: it shears the curve and keeps its area, so a
+!> coarse mesh changes no toughness. Theory: docs/explanation/cracks.md. Sources: Camanho & Davila, NASA TM 2002-211737 (mixed mode,
+!> power law); Turon, Camanho, Costa & Renart, Composite Structures 92 (2010), 1857 (stiffness of sliding from strengths and
+!> toughnesses of both modes).
 module hampm_cohesive_law
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm, in_plane
@@ -123,7 +123,7 @@ contains
       real(dp), intent(out) :: toughness
       real(dp), intent(out) :: slope             !! its change with B [J/m2]
       integer, parameter :: most = 100
-      real(dp), parameter :: steep = 0.1_dp      ! least rate at which Newton's method goes on, else by halves
+      real(dp), parameter :: steep = 0.1_dp      ! least rate at which Newton's method continues, else by halves
       real(dp) :: w, low, high, mixture, of_all, off, rate
       integer :: i
       call self%find_mode_mix(b, w, slope)

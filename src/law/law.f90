@@ -113,7 +113,7 @@ contains
       constant%value(:constant%count) = values(:constant%count)
    end function constant
 
-   !> Put a flaw behind the others. A constructor with a text is not given back where it stands in an array: a trap of gfortran.
+   !> Append a flaw. A constructor with a text is not deallocated within an array: a trap of gfortran.
    pure subroutine add_flaw(flaws, key, what)
       type(flaw_t), allocatable, intent(inout) :: flaws(:)
       character(*), intent(in) :: key, what

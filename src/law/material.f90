@@ -110,7 +110,7 @@ contains
    !> A material from its engineering constants; of the orthotropic law one that is isotropic as far as its own are not given.
    function new_material(name, law, plane_stress, young, poisson, density, constants) result(m)
       character(*), intent(in) :: name
-      character(*), intent(in) :: law            !! one of those of `hampm_laws`
+      character(*), intent(in) :: law            !! a name of `hampm_laws`
       logical, intent(in) :: plane_stress        !! else plane strain
       real(dp), intent(in) :: young              !! [Pa]
       real(dp), intent(in) :: poisson            !! [-], below 0.5
@@ -207,13 +207,13 @@ contains
       self%swelling = 1 + volume_change(self%eigenstrain)
    end subroutine take_eigenstrain
 
-   !> Whether it is one of those of a graded body.
+   !> Whether it belongs to a graded body.
    pure elemental logical function is_graded(self)
       class(material_t), intent(in) :: self
       is_graded = self%slice%number > 0
    end function is_graded
 
-   !> How far behind it among all the material of a place is; 0 where the body is not graded.
+   !> Number of slices from its own to the one at a place; 0 if the body is not graded.
    pure integer function slices_to(self, place)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: place(ndim)        !! in the reference configuration [m]
@@ -248,7 +248,7 @@ contains
       end if
    end function given_hoop
 
-   !> Stress where nothing is displaced, that of an eigenstrain [Pa].
+   !> Stress at zero displacement, due to an eigenstrain [Pa].
    pure function stress_at_first(self) result(stress)
       class(material_t), intent(in) :: self
       real(dp) :: stress(ndim, ndim), nothing(self%columns)
@@ -561,7 +561,7 @@ contains
                                                                          - sum(self%by_across*stress))**2/(2*self%young_across)
    end function stress_energy_density
 
-   !> Stress of a small displacement gradient, whatever the law [Pa].
+   !> Stress of a small displacement gradient, for any law [Pa].
    pure function small_strain_stress(self, h, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]

@@ -104,7 +104,7 @@ contains
       state(:n_deviator) = components_of(before + change)
    end subroutine update
 
-   !> Stress [Pa]; for a strain other than that of the state the instantaneous one.
+   !> Stress [Pa]; instantaneous if the strain is not that of the state.
    pure function stress(self, h, state)
       class(viscoelastic_t), intent(in) :: self
       real(dp), intent(in) :: h(space, space), state(:)

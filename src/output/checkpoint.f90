@@ -15,7 +15,7 @@ module hampm_checkpoint
    private
    public :: checkpoint_t, checkpoint_name
 
-   integer, parameter :: format = 33            !! of the file: to be raised with each change of what is kept
+   integer, parameter :: format = 33            !! of the file: to be raised with each change of its items
    character(*), parameter :: format_name = 'hampm checkpoint'
 
    !> A checkpoint that is being written or read.
@@ -126,7 +126,7 @@ contains
       if (.not. self%is_read .and. .not. self%failure%failed()) call self%file%make_group('/'//name, self%failure)
    end subroutine section
 
-   !> Fail because what was read cannot be right.
+   !> Report that the values read cannot be right.
    subroutine refuse(self, why)
       class(checkpoint_t), intent(inout) :: self
       character(*), intent(in) :: why
@@ -170,7 +170,7 @@ contains
       call archive_vector(self, name, values)
    end subroutine archive_longs
 
-   !> Keep a vector. What is read has to be as long.
+   !> Archive a vector; the length read must be the same.
    subroutine archive_vector(self, name, values)
       class(checkpoint_t), intent(inout) :: self
       character(*), intent(in) :: name

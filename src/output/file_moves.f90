@@ -62,8 +62,8 @@ contains
       inquire (file=path, exist=file_exists)
    end function file_exists
 
-   !> Put a file that is whole, written under its partial name and closed, in its place, once it is on the disk. `exit_file` where
-   !> that is impossible; what was there is there then.
+   !> Rename a complete file, written under its partial name and closed, once it is on the disk. `exit_file` where that is
+   !> impossible; the old file is kept then.
    subroutine replace_file(path, failure)
       character(*), intent(in) :: path
       type(failure_t), intent(inout) :: failure

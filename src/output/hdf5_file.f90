@@ -182,7 +182,7 @@ contains
       e = h5release(type_id)
    end subroutine put_label
 
-   !> Attach a few integers, or replace those of that name.
+   !> Attach a few integers, or replace them.
    subroutine put_attribute_integers(self, object, name, values, failure)
       class(hdf5_file_t), intent(in) :: self
       character(*), intent(in) :: object, name
@@ -280,8 +280,8 @@ contains
       end select
    end subroutine get_vector
 
-   !> Write a new dataset whole, in the given space, which is closed. What is not a single value is kept with a checksum: reading
-   !> fails where it has been damaged.
+   !> Write a new dataset whole, in the given space, which is closed. All but single values have a checksum: reading fails if they
+   !> are damaged.
    subroutine write_dataset(file, path, file_type, memory_type, space, address, failure)
       type(hdf5_file_t), intent(in) :: file
       character(*), intent(in) :: path

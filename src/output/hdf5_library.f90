@@ -36,7 +36,7 @@ module hampm_hdf5_library
       integer(c_int) function h5dont_atexit() bind(c, name='H5dont_atexit')
          import :: c_int
       end function h5dont_atexit
-      !> Which function is told of errors: none where it is null.
+      !> Which function receives errors: none if null.
       integer(c_int) function h5eset_auto(stack, function, data) bind(c, name='H5Eset_auto2')
          import :: c_int, c_ptr, long
          integer(long), value :: stack
@@ -223,7 +223,7 @@ module hampm_hdf5_library
          integer(c_int), value :: padding
       end function h5tset_strpad
 
-      !> Of the library of dimension scales: a dataset whose values are those of a dimension of others.
+      !> Of the library of dimension scales: make a dataset the scale of a dimension of others.
       integer(c_int) function h5dsset_scale(scale, name) bind(c, name='H5DSset_scale')
          import :: c_char, c_int, long
          integer(long), value :: scale

@@ -116,7 +116,7 @@ contains
       self%length = length
    end subroutine shorten
 
-   !> Append what the same dataset of another file has beyond the entries that are here, or drop what it has not.
+   !> Append the entries that the same dataset of another file has beyond these, or drop those that it lacks.
    subroutine catch_up(self, file, donor, failure)
       class(hdf5_series_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file      !! that this dataset is in

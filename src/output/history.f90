@@ -1,7 +1,7 @@
 !> The history of a run as it is recorded: which columns it has, and the latest row of their values.
 !>
-!> A column stands once in the code, where `record` is given its name, unit, meaning and value. The first pass through the calls
-!> finds the columns, whatever the values are then; each pass fills a row. So all passes make the same calls in the same order.
+!> A column is defined once in the code, by a call of `record` with its name, unit, meaning and value. The first pass through the
+!> calls finds the columns, for any values; each pass fills a row. So all passes make the same calls in the same order.
 module hampm_history
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: name_len, dp, long
@@ -81,7 +81,7 @@ contains
       call put(self, number)
    end subroutine record
 
-   !> A column for each mode: `name`I, `name`II, each with what is `behind` that.
+   !> A column for each mode: `name`I, `name`II, each followed by `behind`.
    subroutine record_modes(self, name, unit, meaning, values, behind)
       class(history_t), intent(inout) :: self
       character(*), intent(in) :: name, unit, meaning
@@ -148,8 +148,8 @@ contains
       end do
    end subroutine record_along_front
 
-   !> Whether the next value is that of a column that has not been met before. Names and meanings that are put together of parts
-   !> are so only then: this takes longer than many a value.
+   !> Whether the next value belongs to a new column. Names and meanings are composed only then: this takes longer than many a
+   !> value.
    pure logical function is_new(self)
       type(history_t), intent(in) :: self
       is_new = self%filled == size(self%row)

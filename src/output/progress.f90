@@ -42,7 +42,7 @@ module hampm_progress
       end function c_isatty
    end interface
 
-   !> Where a run is. What is `not_there` is not shown.
+   !> State of a run. Values that are `not_there` are not shown.
    type :: standing_t
       real(dp) :: time                           !! simulated time [s]
       integer(long) :: step
@@ -108,7 +108,7 @@ contains
       flush (output_unit)
    end subroutine print_line
 
-   !> The progress line, what matters most first. Mp/s are millions of particles times steps a second.
+   !> The progress line, in order of importance. Mp/s are millions of particles times steps a second.
    function line(self, clock, now) result(text)
       class(progress_t), intent(in) :: self
       integer(long), intent(in) :: clock
@@ -116,7 +116,7 @@ contains
       character(:), allocatable :: text, left
       real(dp) :: elapsed
       elapsed = seconds_between(self, self%clock_start, clock)
-      left = '-'                                 ! wall time, if the rest takes as long as what is done
+      left = '-'                                 ! wall time, if the rest takes as long as before
       if (now%time > self%first_time) &
          left = clock_text(elapsed*max(self%end_time - now%time, 0.0_dp)/(now%time - self%first_time))
       text = number(100.0_dp*now%time/self%end_time, '(f12.1)')//'%'

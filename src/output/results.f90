@@ -100,8 +100,8 @@ contains
       call pass_on(self, fault, failure)
    end subroutine resume
 
-   !> No columns yet, and the clock runs. Fails where the name is that of a folder, or another run is writing this result; what a
-   !> killed one has left besides is removed.
+   !> No columns yet, and the clock runs. Fails if the name is of a folder, or if another run is writing this result; remains of a
+   !> killed run are removed.
    subroutine begin(self, path, fault)
       type(results_t), intent(inout) :: self
       character(*), intent(in) :: path
@@ -122,7 +122,7 @@ contains
       end if
    end subroutine begin
 
-   !> How many samples there are, and entries of each dataset of the snapshots: what `resume` has to be told.
+   !> Numbers of samples and of entries of each dataset of the snapshots: arguments of `resume`.
    function lengths(self)
       class(results_t), intent(inout) :: self
       integer(long), allocatable :: lengths(:)
@@ -252,7 +252,7 @@ contains
       self%is_published = .not. fault%failed()
    end subroutine publish
 
-   !> Give the last file what it lacks of the present one; `done` is false where that is impossible, as a reader may have it open.
+   !> Add the missing part of the present file to the last one; `done` is false if that is impossible, as a reader may have it open.
    subroutine bring_up_to_date(self, done)
       class(results_t), intent(inout) :: self
       logical, intent(out) :: done

@@ -57,8 +57,8 @@ contains
       name = path//ending
    end function lock_name
 
-   !> Take the lock of the result `path`. `others` tells that another program has it. Where the folder cannot be written to, or its
-   !> file system knows no locks, the run goes on without.
+   !> Take the lock of the result `path`. `others` is true if another program has it. If the folder is read-only, or its file system
+   !> has no locks, the run continues without.
    subroutine take(self, path, others)
       class(run_lock_t), intent(inout) :: self
       character(*), intent(in) :: path
@@ -100,7 +100,7 @@ contains
       is_its_name = all(of_name(:identity) == of_file(:identity))
    end function is_its_name
 
-   !> Give the lock back; its file goes first, so that nobody gets a lock on a file that has lost its name and believes to be alone.
+   !> Release the lock; its file is removed first, so that nobody gets a lock on a file without a name and believes to be alone.
    subroutine release(self)
       class(run_lock_t), intent(inout) :: self
       if (self%descriptor < 0) return

@@ -55,7 +55,7 @@ module hampm_snapshots
    type :: snapshots_t
       private
       type(hdf5_series_t), allocatable :: series(:)
-      integer, allocatable :: first(:)           !! where those of each piece begin, and where the last end
+      integer, allocatable :: first(:)           !! start of each piece, and end of the last
       integer(long), allocatable :: kept(:)      !! entries of each dataset that are kept where a file is continued
    contains
       procedure :: write => write_snapshot
@@ -146,14 +146,14 @@ contains
       if (allocated(self%series)) lengths = self%series%length
    end function lengths
 
-   !> Where a file is continued: drop what is beyond these lengths before the next snapshot is written.
+   !> Where a file is continued: drop all entries beyond these lengths before the next snapshot is written.
    subroutine keep_only(self, lengths)
       class(snapshots_t), intent(inout) :: self
       integer(long), intent(in) :: lengths(:)
       self%kept = lengths
    end subroutine keep_only
 
-   !> Drop of all datasets what is not to be kept.
+   !> Shorten all datasets to the entries to be kept.
    subroutine shorten(self, file, failure)
       type(snapshots_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file
@@ -188,7 +188,7 @@ contains
       if (.not. can_catch_up) can_catch_up = file%holds(root)
    end function can_catch_up
 
-   !> Append what the donor, a later state of the file, has more.
+   !> Append the further entries of the donor, a later state of the file.
    subroutine catch_up(self, file, donor, failure)
       class(snapshots_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file, donor
@@ -368,7 +368,7 @@ contains
       chunk = max(64, min(n, 16384))
    end function chunk
 
-   !> Path of the group that holds what is at this path.
+   !> Path of the group that holds this path.
    pure function folder_of(path) result(folder)
       character(*), intent(in) :: path
       character(:), allocatable :: folder

@@ -98,7 +98,7 @@ contains
       end do
    end subroutine fill_rectangle
 
-   !> Cut what is inside an outline into what boxes of a lattice have of it.
+   !> Cut the inside of an outline into its parts in boxes of a lattice.
    pure subroutine cut_into_pieces(outline, origin, cell, points_per_cell, pieces)
       type(outline_t), intent(in) :: outline
       real(dp), intent(in) :: origin(ndim)       !! a corner of a cell [m]
@@ -148,7 +148,7 @@ contains
       end do
    end subroutine fill_outline
 
-   !> Let a body turn around its centre of mass, beside what velocity its particles have, and the corners of their domains.
+   !> Let a body turn around its centre of mass, in addition to the velocity of its particles, and the corners of their domains.
    pure subroutine add_spin(p, body, spin)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: body
@@ -178,7 +178,7 @@ contains
       end do
    end subroutine add_spin
 
-   !> Note how far apart the points of a body are.
+   !> Record the spacing of the points of a body.
    pure subroutine note_spacing(p, body, spacing)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: body

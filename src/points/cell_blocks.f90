@@ -460,7 +460,7 @@ contains
       end function place_of
    end subroutine find_slots
 
-   !> Whether the points of a block are those of cells side by side, which are numbered on at each of their edges.
+   !> Whether the points of a block belong to cells side by side, with consecutive numbers at each of their edges.
    pure logical function are_in_row(nodes)
       integer, intent(in) :: nodes(corners, lanes)
       integer :: l, c

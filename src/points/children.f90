@@ -22,10 +22,10 @@ module hampm_children
    type :: litter_t
       integer :: n = 0                           !! how many there are
       integer(long) :: path(corners) = 0         !! of each
-      integer :: level(corners) = 1              !! by how much more often than its parent each is split
-      real(dp) :: half(ndim, corners) = 0        !! of each, as that of particles
+      integer :: level(corners) = 1              !! splits of each beyond those of its parent
+      real(dp) :: half(ndim, corners) = 0        !! of each, as in `particles_t`
       real(dp) :: offset(ndim, corners) = 0      !! where it stands from its parent: dX [m]
-      real(dp) :: part(corners) = 0              !! its volume, over that of its parent
+      real(dp) :: part(corners) = 0              !! its volume, over the parent's
    end type litter_t
 
 contains

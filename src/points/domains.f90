@@ -1,8 +1,8 @@
 !> The domains of particles: each particle stands for a quadrilateral of material, whose corners are carried along by the motion
 !> (`shape_functions = 'cpdi'`, docs/explanation/domains.md).
 !>
-!> A corner has a quarter of the particle's mass, a displacement and a velocity of its own, and moves as a point of the mesh's own
-!> velocity field. Over the domain the displacement is bilinear between the corners; what the particle knows follows from them:
+!> A corner has a quarter of the particle's mass, its own displacement and velocity, and moves as a point of the mesh's velocity
+!> field. Over the domain the displacement is bilinear between the corners, which give the state of the particle:
 !>
 !>    u = sum of u_c / 4,   v = sum of v_c / 4,   H = sum of u_c (x) G_c,
 !>
@@ -18,7 +18,7 @@ module hampm_domains
    public :: start_domains, displace_corners, edges_of_domain, corner_gradients, reference_corners, corner_places, follow_corners, &
              weights_in_domain, longest_edge, is_tangled, kinetic_energy_of, spin_of
 
-   !> Least edge of a domain over that of a particle that no edge of the body cuts: a sliver would need steps that are as short.
+   !> Least edge of a domain over the uncut one of a particle: a sliver would need equally short steps.
    real(dp), parameter :: least_edge = 0.5_dp
 
 contains
@@ -43,7 +43,7 @@ contains
       end do
    end subroutine displace_corners
 
-   !> Edges of the reference domain of a particle [m]: of one that an edge of the body cuts those of a smaller rectangle.
+   !> Edges of the reference domain of a particle [m]: of a smaller rectangle, if an edge of the body cuts it.
    pure function edges_of_domain(p, i) result(edges)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
@@ -52,7 +52,7 @@ contains
       if (p%has_outline(p%body(i))) edges = edges*min(1.0_dp, max(least_edge, sqrt(p%area_of(i)/product(edges))))
    end function edges_of_domain
 
-   !> The gradients G_c: what displacements of the corners of a domain give to H [1/m].
+   !> The gradients G_c: derivatives of H by displacements of the corners of a domain [1/m].
    pure function corner_gradients(p, i) result(g)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
@@ -99,7 +99,7 @@ contains
       end do
    end function weights_in_domain
 
-   !> Bring displacement, velocity and H of a particle to those of its corners.
+   !> Update displacement, velocity and H of a particle from its corners.
    pure subroutine follow_corners(p, i)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: i

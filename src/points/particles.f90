@@ -3,9 +3,9 @@
 !> Position is X + u and the deformation gradient I + H: keeping the displacement u and its gradient H, not the
 !> position and F, keeps all digits of small strains.
 !>
-!> A field of the particles, a column of numbers for each, is declared in `particles_t`, given room in `new_particles`, moved in
-!> `move_particles` and listed in `visit_columns`. Whatever treats all fields alike goes by that list: sorting, splitting,
-!> recombining, checkpoints.
+!> A field of the particles, a column of numbers for each, is declared in `particles_t`, allocated in `new_particles`, moved in
+!> `move_particles` and listed in `visit_columns`. All uniform treatment of fields uses that list: sorting, splitting, recombining,
+!> checkpoints.
 module hampm_particles
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_archive, only: archive_t
@@ -111,7 +111,7 @@ contains
       p%cell = outside
    end subroutine new_particles
 
-   !> Give each particle columns that laws remember, all zero.
+   !> Give each particle columns of state variables, all zero.
    subroutine add_history(p, columns)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: columns
@@ -217,7 +217,7 @@ contains
          allocate (fresh%corner_displacement(n, ndim, corners), fresh%corner_velocity(n, ndim, corners), source=0.0_dp)
    end subroutine make_room
 
-   !> Make particle k what particle origin(k) was, of which there may be more or fewer. Fails where the memory does not suffice.
+   !> Copy particle origin(k) to particle k, for any number of these. Fails where the memory does not suffice.
    subroutine take_particles(p, origin, failure)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: origin(:)

@@ -121,7 +121,7 @@ contains
       end associate
    end function bodies_in
 
-   !> The moments of what of a body is in each piece of a leaf; where no outlines are known, of all of it.
+   !> The moments of a body in each piece of a leaf; without outlines of the whole pieces.
    pure function moments_of_body(grid, leaf, body) result(moments)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf, body
@@ -149,7 +149,7 @@ contains
    subroutine correct_gradients(m, first, moments)
       type(matter_t), intent(inout) :: m
       integer, intent(in) :: first               !! element of the piece
-      real(dp), intent(in) :: moments(:)         !! of what is in it
+      real(dp), intent(in) :: moments(:)         !! of the material in it
       real(dp) :: missing(m%grid%n_functions, ndim), volume, x(ndim)
       integer, allocatable :: number(:)
       integer :: k
@@ -234,7 +234,7 @@ contains
    !> The weights of some points.
    pure function fitted_weights(at_points, moments) result(w)
       real(dp), intent(in) :: at_points(:, :)    !! polynomials at the points, (polynomials, points)
-      real(dp), intent(in) :: moments(:)         !! their integrals; that of the first, 1, is above 0
+      real(dp), intent(in) :: moments(:)         !! their integrals; the first, of 1, is above 0
       real(dp) :: w(size(at_points, 2))
       logical :: found
       integer :: k
@@ -286,7 +286,7 @@ contains
       n = 0
       do j = 1, size(missing)
          row = merge(at_points(j, :), 0.0_dp, is_free)
-         do turn = 1, 2                          ! the second time takes off what rounding has left
+         do turn = 1, 2                          ! the second pass removes rounding
             do k = 1, n
                row = row - dot_product(row, basis(:, k))*basis(:, k)
             end do

@@ -20,7 +20,7 @@ module hampm_sorting
                                                         !! particles were checked; (n_elements)
       integer, private :: n_stretches = 0
       integer, allocatable, private :: from(:), to(:), length(:) !! of each stretch
-      integer, allocatable, private :: next(:)          !! where the next particle of each element goes
+      integer, allocatable, private :: next(:)          !! place of the next particle of each element
       real(dp), allocatable, private :: real_copy(:)
       integer, allocatable, private :: integer_copy(:)
       integer(long), allocatable, private :: long_copy(:)

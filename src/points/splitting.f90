@@ -103,7 +103,7 @@ contains
       f = identity
       if (.not. p%total_frame) f = f + p%gradient(k, :, :)
       apart = matmul(f, litter%offset)           ! dx, and in the total frame dX
-      ! The quarters beside a slanted crack need not have the centroid of their half: what that is off is taken off the velocities
+      ! The quarters beside a slanted crack may not have the centroid of their half: velocities are corrected by the difference
       part = litter%part                         ! of rings those that are wider have more
       if (p%thickness%is_ring) part = part*(1 + litter%offset(1, :)/p%reference(k, 1))
       middle = matmul(apart, part)
@@ -215,8 +215,8 @@ contains
       is_together = maxval(abs(x - spread(middle, 2, size(siblings)))) <= reach*2*maxval(spacing_of(p, siblings(1)))
    end function is_together
 
-   !> Whether what siblings are together is as fine as the leaf in their middle. It may not be though their own leaves are coarse:
-   !> a family that is much stretched may stand around a fine cell.
+   !> Whether the parent of siblings is as fine as the leaf in their middle. It may not be even if their own leaves are coarse: a
+   !> family that is much stretched may stand around a fine cell.
    pure logical function fits_between(p, siblings, forest) result(fits)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: siblings(:)
@@ -241,7 +241,7 @@ contains
       mean = matmul(weight, of_each)
    end function mean_of
 
-   !> Make the first of some siblings what all are together.
+   !> Make the first of some siblings their parent.
    subroutine merge_into_first(p, siblings)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: siblings(:)

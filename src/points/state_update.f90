@@ -1,4 +1,4 @@
-!> State variables of particles, where their law has a history, and by what hoops they resist where they are rings.
+!> State variables of particles with history-dependent laws, and the hoop resistance of axisymmetric ones.
 module hampm_state_update
    use hampm_kinds, only: dp
    use hampm_law, only: most_columns

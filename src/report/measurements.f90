@@ -43,10 +43,9 @@ module hampm_measurements
 
    real(dp), parameter :: chi_foundation = 2.0_dp/3.0_dp  !! chi of a beam on an elastic foundation, isotropic material
 
-   !> Overlap over the largest displacement of the faces against each other in the run, above which it is told [-]. While waves come
-   !> and go it takes more: before a beam opens, the first bending waves press its arms together by a hundredth of that, or by a
-   !> thirtieth of what they have opened by then. What
-   !> is left at rest needs to be above what is not yet at rest only.
+   !> Overlap over the largest displacement of the faces against each other in the run, above which it is reported [-]. Waves cause
+   !> more: before a beam opens, the first bending waves press its arms together by a hundredth of that, or by a thirtieth of their
+   !> opening by then. In equilibrium only the residual motion limits it.
    real(dp), parameter :: noticed_in_motion = 0.1_dp, noticed_static = 1e-3_dp
 
    !> The most that was seen, by the opening one cell behind the tip and at the mouth.
@@ -128,7 +127,7 @@ contains
       end select
    end subroutine new_measurements
 
-   !> Let what is measured along the fronts of cracks of solids, where an estimator is chosen, follow them.
+   !> Let measurements along the fronts of cracks of solids, where an estimator is chosen, follow them.
    pure subroutine renew_fronts(model, problem, cracks, m)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
@@ -160,11 +159,10 @@ contains
          m%initial_energy = m%initial_energy + stored_energy(problem) - problem%energies%external_work
    end subroutine note_initial_energy
 
-   !> The energy below which nothing is told from rounding [J]. A force F on a plate of thickness B stores an energy of the order of
-   !> F**2/(E B), whatever the size of the plate. Where forces cancel, the sums at the nodes leave a part epsilon of them, which
-   !> alone stores epsilon**2 of that energy, moves a free body with (c t/L)**2 of it, and does work of up to epsilon on the
-   !> displacement of other forces. Loads of a sound run store 15 orders of magnitude more. A node that is moved by u takes up to E
-   !> B u.
+   !> The energy below which nothing is told from rounding [J]. A force F on a plate of thickness B and any size stores an energy of
+   !> the order of F**2/(E B). Where forces cancel, the sums at the nodes leave a part epsilon of them, which alone stores
+   !> epsilon**2 of that energy, moves a free body with (c t/L)**2 of it, and does work of up to epsilon on the displacement of
+   !> other forces. Loads of a sound run store 15 orders of magnitude more. A node that is moved by u takes up to E B u.
    pure real(dp) function energy_of_rounding(model, loads) result(energy)
       type(model_t), intent(in) :: model
       type(load_t), intent(in) :: loads(:)
@@ -215,7 +213,7 @@ contains
       depth = max(distance_in_material(model, tip%place, tip%axis(:, 2)), distance_in_material(model, tip%place, -tip%axis(:, 2)))
    end subroutine dcb_dimensions
 
-   !> Declare the columns in the results, as a first pass through their list finds them, and what belongs to them.
+   !> Declare the columns in the results, as a first pass through their list finds them, and their attributes.
    subroutine declare_columns(model, problem, cracks, growing, m, results, failure)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
@@ -240,7 +238,7 @@ contains
                                                                  m%g_beam_on_foundation, failure)
    end subroutine declare_columns
 
-   !> Measure what rows, the run-time checks and the progress line are made of. Fails where the nodal equations cannot be solved.
+   !> Measure all that rows, run-time checks and progress line need. Fails where the nodal equations cannot be solved.
    subroutine measure(model, problem, cracks, m, failure)
       type(model_t), intent(in) :: model
       type(problem_t), intent(inout) :: problem
@@ -280,7 +278,7 @@ contains
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       type(nodal_state_t) :: state
-      logical :: has_domain, asks_way           ! asks: whether results depend on how far supports give way
+      logical :: has_domain, asks_way           ! asks: whether results depend on the displacement of supports
       integer :: k
       has_domain = any(model%energy_release%chosen%name == 'domain_integral')
       asks_way = any([(any(abs(model%constraints(k)%motion%displacement) + abs(model%constraints(k)%motion%velocity) > 0), &
@@ -316,7 +314,7 @@ contains
       has_measured_tips = m%steps == problem%state%steps .and. m%layout == problem%blocks%layout
    end function has_measured_tips
 
-   !> Take a row of what was measured last: this is the list of all columns.
+   !> Record a row of the last measurements: this is the list of all columns.
    subroutine take_row(model, problem, cracks, growing, dt, m)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
@@ -463,7 +461,7 @@ contains
                   - m%plastic_dissipation - m%viscous_dissipation)/m%largest_energy
    end function energy_residual
 
-   !> Keep what rows of the history need of the rows before.
+   !> Archive the data that rows of the history need of the rows before.
    subroutine archive_measurements(problem, m, archive)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(inout) :: m

@@ -156,8 +156,8 @@ contains
       end associate
    end subroutine add_quadratic_cells
 
-   !> The cracks in the reference configuration, a line for each straight part. With the number of the crack and, at
-   !> its points, that of the tip there, or 0.
+   !> The cracks in the reference configuration, a line for each straight part, with the number of the crack and, at its points, of
+   !> the tip there, or 0.
    subroutine crack_fields(cracks, output)
       type(cracks_t), intent(in) :: cracks
       type(piece_t), intent(out) :: output

@@ -82,7 +82,7 @@ contains
       type(surroundings_t), intent(out) :: around
       real(dp), parameter :: aside = 1e-6_dp     ! cells
       integer, parameter :: most_alike = 8       ! particles that are as near as the nearest one
-      real(dp), parameter :: beyond = 2          ! how far the cells of particles reach farther [cells]
+      real(dp), parameter :: beyond = 2          ! additional reach of the particles of cells [cells]
       real(dp) :: eye(ndim), nearest, reach, cell
       integer, allocatable :: seen(:)
       integer :: i, k, j, n, within, nearby(most_alike)

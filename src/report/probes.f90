@@ -1,6 +1,6 @@
 !> Records of the probes of a model: of material points and lines, of cracks, of loads.
 !>
-!> Values are those of the instant, found from the particles alone, and nothing is kept from sample to sample.
+!> Values belong to the instant, from the particles alone; no state is kept from sample to sample.
 module hampm_probes
    use hampm_kinds, only: dp, ndim, plane
    use hampm_crack_lines, only: left_face, right_face, both_faces
@@ -41,7 +41,7 @@ contains
       end do
    end subroutine record_probes
 
-   !> Record what is asked of a point, or in the mean of a line.
+   !> Record the quantities asked for at a point, or their mean along a line.
    subroutine record_place(model, problem, cracks, joined, probe, history)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
@@ -306,7 +306,7 @@ contains
       end if
    end function volume
 
-   !> Record a load, or the reaction of a constraint, and the displacement on which it does work; that of another one is taken away.
+   !> Record a load, or the reaction of a constraint, and its displacement, less the displacement of another one.
    subroutine record_load(model, problem, probe, reactions, history)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem

@@ -36,17 +36,17 @@ module hampm_run_time_checks
    ! the stored energy, with zero mean (docs/evidence/stability.md). A larger gain is reported. Half of the largest energy exceeds
    ! any swing: an unstable run, which multiplies its energy in a few steps, is soon there, a stable one never.
    real(dp), parameter :: largest_gain = 0.5_dp  !! of energy without work, over the largest energy so far [-]
-   ! The limit of bodies whose edges cut cells is that of a sample of such cells: others are nearer to it, and swing by more
+   ! The limit of bodies whose edges cut cells is found on a sample of such cells: others are nearer to it, and swing by more
    real(dp), parameter :: largest_gain_of_shapes = 0.9_dp
-   real(dp), parameter :: noticed_gain = 0.1_dp  !! the same, over the largest energy of deformation and of work, to be told [-]
-   real(dp), parameter :: noticed_error = 0.1_dp !! of the strain energy that stretched material may have in it, to be told [-]
+   real(dp), parameter :: noticed_gain = 0.1_dp  !! the same, over the largest energy of deformation and of work, to be reported [-]
+   real(dp), parameter :: noticed_error = 0.1_dp !! of the strain energy that stretched material may have in it, to be reported [-]
    real(dp), parameter :: rounding = 1e-9_dp     !! part of the largest energy that a long run may gain by rounding [-]
    real(dp), parameter :: turned_by_contact = 0.01_dp !! the same by bodies that meet
-   real(dp), parameter :: noticed_turn = 0.1_dp  !! change of the angular momentum without cause, over what it can be [-]
-   real(dp), parameter :: far_and_strained = 0.05_dp !! cells travelled times strain, to be told [-]
-   real(dp), parameter :: noticed_residual = 0.01_dp !! of the largest energy that the balance may not account for, to be told [-]
-   real(dp), parameter :: noticed_part = 0.05_dp !! of the load that a single node may carry, to be told [-]
-   real(dp), parameter :: modest_strain = 0.05_dp !! around a tip, up to which K**2/E' is J to 4 %, to be told [-]
+   real(dp), parameter :: noticed_turn = 0.1_dp  !! change of the angular momentum without cause, over its possible size [-]
+   real(dp), parameter :: far_and_strained = 0.05_dp !! cells travelled times strain, to be reported [-]
+   real(dp), parameter :: noticed_residual = 0.01_dp !! of the largest energy: error of the balance to be reported [-]
+   real(dp), parameter :: noticed_part = 0.05_dp !! of the load that a single node may carry, to be reported [-]
+   real(dp), parameter :: modest_strain = 0.05_dp !! around a tip, up to which K**2/E' is J to 4 %, to be reported [-]
    real(dp), parameter :: absurd_gradient = 10   !! of the displacement, which neither rotations nor materials have [-]
    real(dp), parameter :: largest_turn = 0.1_dp  !! of faces that press on each other, up to which their normals are right [rad]
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
@@ -64,8 +64,8 @@ module hampm_run_time_checks
 
 contains
 
-   !> Fail where material is turned inside out, an energy is not a number or has grown without work, by more than rounding can make.
-   !> Add to `warning` where it has grown less, and where a law, a frame or a mass matrix is used beyond what it is meant for.
+   !> Fail where material is inverted, an energy is NaN or has grown without work, by more than rounding. Add to `warning` where it
+   !> has grown less, and where a law, a frame or a mass matrix is used beyond its range.
    subroutine check_state(problem, time, measurements, warning, failure)
       type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time           !! how it steps: 'explicit', 'implicit' or 'static'
@@ -134,8 +134,8 @@ contains
                           'max_level, or the end time')
    end subroutine check_step
 
-   !> Warn, once, where energy has grown without work by a notable part of what the material stores. The motion of the bodies as a
-   !> whole is no measure: it would hide in its own energy whatever the material in flight does.
+   !> Warn, once, where energy has grown without work by a notable part of the stored energy. The motion of the bodies as a whole is
+   !> no measure: its energy would hide any gain of the material in flight.
    subroutine check_energy_gain(problem, time, measurements, gain, warning)
       type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time
@@ -148,7 +148,7 @@ contains
       if (gain <= measurements%rounding_energy) return
       if (time == 'explicit') then
          cause = 'the time step is near or beyond its limit; reduce &method courant'//other_scheme(problem)
-      else                                       ! equilibrium, which knows no step: the work is not that of this mesh
+      else                                       ! equilibrium has no steps: the work is of another mesh
          cause = 'new nodes of finer cells are constrained after they have moved, or '// &
                  'the load steps are too long for the law: the state is in balance, and external_work is not its work. '// &
                  'Give boxes of a &constraint that end on nodes, or more &method load_steps'
@@ -165,7 +165,7 @@ contains
       type(measurements_t), intent(in) :: measurements
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: residual
-      if (.not. problem%audit .or. time /= 'explicit') return ! at rest what is missing is booked as the loss
+      if (.not. problem%audit .or. time /= 'explicit') return ! in equilibrium the residual is booked as the loss
       residual = abs(energy_residual(problem, measurements))
       if (residual <= noticed_residual) return
       call warn(problem%state%when()// &
@@ -297,9 +297,9 @@ contains
       end associate
    end function spacing_in_cell
 
-   !> Warn, once, where the material around a tip is strained so much that stress intensities and modes, which are those of a linear
-   !> material, mean something else than J: K**2/E' is 14 % off J where a specimen is stretched by 1.2, 33 % by 1.7. The measure is
-   !> the root of the mean square, over the particles within the domains, of their largest stretch less 1.
+   !> Warn, once, where the material around a tip is strained so much that stress intensities and modes of a linear material differ
+   !> from J: K**2/E' is 14 % off J where a specimen is stretched by 1.2, 33 % by 1.7. The measure is the root of the mean square,
+   !> over the particles within the domains, of their largest stretch less 1.
    subroutine check_modes(problem, tip, warning)
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tip
@@ -378,7 +378,7 @@ contains
       end do
    end subroutine check_faces
 
-   !> Warn, once, where the small-strain law is used beyond what it is meant for.
+   !> Warn, once, where the small-strain law is used beyond its range.
    subroutine check_strain(problem, warning)
       type(problem_t), intent(in) :: problem
       character(:), allocatable, intent(inout) :: warning
@@ -476,7 +476,7 @@ contains
       text = origin(problem%grid, problem%particles, liveliest_particle(problem%particles, problem%materials))
    end function liveliest
 
-   !> The likely cause of energy that comes from nowhere, and what helps, by how the run steps.
+   !> The likely cause of energy without a source, and a remedy, by the kind of steps.
    function of_step(problem, time) result(text)
       type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time

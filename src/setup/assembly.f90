@@ -1,4 +1,4 @@
-!> From what the user asked for to what moves: grid, materials, particles, constraints, loads and cracks of a model.
+!> Assembly of the problem from a model: grid, materials, particles, constraints, loads and cracks.
 module hampm_assembly
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: edge_margin
@@ -160,7 +160,7 @@ contains
       end do
    end subroutine check_masses
 
-   !> The cracks of a model, with what surrounds their tips.
+   !> The cracks of a model, and the surroundings of their tips.
    pure subroutine place_cracks(model, cracks)
       type(model_t), intent(in) :: model
       type(cracks_t), intent(out) :: cracks

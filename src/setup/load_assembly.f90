@@ -1,4 +1,4 @@
-!> From the loads of a model to what acts on its particles and on the faces of its cracks.
+!> Assembly of the loads of a model on its particles and on the faces of its cracks.
 module hampm_load_assembly
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm

@@ -24,7 +24,7 @@ module hampm_resource_estimate
 
    real(dp), parameter :: unknown = -1
    real(dp), parameter :: of_algebra = 3.2e8_dp  !! address space that OpenBLAS and its thread take at first use [bytes]
-   real(dp), parameter :: least_stack = 1048576  !! five times what the program and its threads have taken of it at most [bytes]
+   real(dp), parameter :: least_stack = 1048576  !! five times the largest use of the program and its threads [bytes]
 
    real(dp), parameter :: most_steps = 1e12_dp      !! of the largest cells: months at a microsecond each
 
@@ -40,12 +40,12 @@ module hampm_resource_estimate
    real(dp), parameter :: of_quadratic_mass = 3350, of_quadratic_cg = 1600, of_viewed_quadratic_cell = 2000
    real(dp), parameter :: of_snapshot_particle = 169, of_snapshot_cell = 113
 
-   ! The solution at rest: for the estimated errors of a crack, and for the distance of a damped motion
+   ! The static solution: for the estimated errors of a crack, and for the distance of a damped motion
    real(dp), parameter :: of_stiffness = 205.0_dp   !! per entry of its factors, as counted by `fill_of` [bytes]
    real(dp), parameter :: of_unknown = 1800, of_entry = 95, of_multigrid = 3700 !! of a solid, see below
    real(dp), parameter :: of_lasting = merge(3.4_dp, 2.35_dp, solid) !! fill of factors of each step, kept as columns too [-]
    real(dp), parameter :: of_mass_entry = 346    !! of the factor of a mass matrix of a solid [bytes]
-   real(dp), parameter :: of_quadratic_fill = 1.25_dp  !! entries beside those of as many nodes of bilinear cells [-]
+   real(dp), parameter :: of_quadratic_fill = 1.25_dp  !! entries over those of bilinear cells with as many nodes [-]
    real(dp), parameter :: most_static = 2.5e5_dp    !! cells with particles for which it is found
 
    !> Resources of a model, in numbers.
@@ -105,7 +105,7 @@ contains
                             of_snapshot_cell*(most_cells - resources%cells))
    end function estimate_resources
 
-   !> Count snapshots, and say of which steps they are where their times are not those of rows.
+   !> Count snapshots, and name their steps if their times are not times of rows.
    pure subroutine look_at_snapshots(model, resources)
       type(model_t), intent(in) :: model
       type(resources_t), intent(inout) :: resources
@@ -331,8 +331,8 @@ contains
       end if
    end function rough
 
-   !> The least of what the machine has and of what this process or its group of processes is allowed [bytes]; huge where
-   !> nothing tells. A limit on the address space counts what the program and its libraries have mapped already.
+   !> The least of the memory of the machine and the limits of this process or its group [bytes]; huge if nothing tells. A limit on
+   !> the address space includes the memory mapped by the program and its libraries.
    real(dp) function memory_available() result(bytes)
       real(dp), parameter :: kilobyte = 1024
       real(dp) :: limit

@@ -1,4 +1,4 @@
-!> How a run stops before its end and goes on later, as if it had never stopped: its checkpoints, written and read.
+!> Stop of a run before its end and its continuation, as if it had never stopped: its checkpoints, written and read.
 module hampm_continuation
    use hampm_assembly, only: assemble, choose_integrator
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
@@ -106,7 +106,7 @@ contains
       if (s%growing%is_static) call scale_loads(s%problem, s%growing%load_factor)
    end subroutine update_model_paths
 
-   !> Keep in a checkpoint, or get from it, what there is beside the motion.
+   !> Archive all data beside the motion.
    subroutine archive_rest(checkpoint, s)
       type(checkpoint_t), intent(inout) :: checkpoint
       type(simulation_t), intent(inout) :: s

@@ -35,13 +35,13 @@ module hampm_growth
    use hampm_text, only: add_line, digits_text, three_digits, to_text
    implicit none
    private
-   real(dp), parameter :: near = 1e-6_dp         !! part of the toughness, and of what is controlled
+   real(dp), parameter :: near = 1e-6_dp         !! part of the toughness, and of the controlled quantity
 
    public :: start_growth, prepare_growth, advance_in_pace, follow_growth
 
 contains
 
-   !> At the start, at rest: scale the loads to the toughness.
+   !> At a static start: scale the loads to the toughness.
    subroutine start_growth(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -59,7 +59,7 @@ contains
       end if
    end subroutine start_growth
 
-   !> Before a step: let tips grow at rest, or plan their ways in motion.
+   !> Before a step: let tips grow in equilibrium, or plan their paths in motion.
    subroutine prepare_growth(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -145,7 +145,7 @@ contains
       end associate
    end subroutine check_fronts
 
-   !> Let points at nodes that are open now hold them with the force with which the material on both sides goes on together.
+   !> Hold nodes that have become open by points with the force that keeps the material on both sides together.
    subroutine hold_new_nodes(m)
       type(problem_t), intent(inout) :: m
       real(dp), allocatable :: force(:, :), loads(:, :), mass(:, :)
@@ -244,7 +244,7 @@ contains
       call start_tips(s%growing, s%model, s%problem, s%cracks, s%measurements%crack)
    end subroutine check_tips
 
-   !> After a step: scale loads to the toughness at rest, or let tips move.
+   !> After a step: scale loads to the toughness in equilibrium, or let tips move.
    subroutine follow_growth(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -465,7 +465,7 @@ contains
       end do
       if (size(s%growing%fatigue%level) > 1) call go_back(s, measurements, energies, failure)
    contains
-      !> Take what was measured, times a factor, for a load.
+      !> Take the measurements, times a factor, for a load.
       subroutine take(l, factor)
          integer, intent(in) :: l                !! number of the load
          real(dp), intent(in) :: factor          !! [-]
@@ -597,7 +597,7 @@ contains
       call add_line(s%warning, 'separated at t = '//digits_text(time, 6)//' s: '//how)
    end subroutine note_separation
 
-   !> By local symmetry: turn the last increments of the tips until these have no K_II, from what was measured last, and measure.
+   !> By local symmetry: turn the last increments of the tips until these have no K_II, from the last measurements, and measure.
    subroutine turn_to_symmetry(s, turns, failure)
       type(simulation_t), intent(inout) :: s
       type(symmetric_turns_t), intent(out) :: turns
@@ -659,7 +659,7 @@ contains
       end if
    end subroutine book_step
 
-   !> Whether what grows are fronts, of solids.
+   !> Whether fronts grow, of solids.
    pure logical function has_fronts(s)
       type(simulation_t), intent(in) :: s
       has_fronts = size(s%measurements%fronts) > 0

@@ -45,7 +45,7 @@ contains
       if (adapted .and. .not. failure%failed()) call s%integrator%initialise(s%problem, s%dt, failure)
    end subroutine adapt
 
-   !> At rest: refine the mesh and find equilibrium on it until the indicator asks for no more.
+   !> In equilibrium: refine the mesh and solve on it until the indicator asks for no more.
    subroutine adapt_static(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure

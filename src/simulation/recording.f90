@@ -32,7 +32,7 @@ module hampm_recording
 
 contains
 
-   !> Create the result file, or continue it, with what produced it.
+   !> Create the result file, or continue it, with its provenance.
    subroutine open_results(s, folder, failure)
       type(simulation_t), intent(inout) :: s
       character(*), intent(in) :: folder
@@ -63,7 +63,7 @@ contains
       call declare_columns(s%model, s%problem, s%cracks, s%growing, s%measurements, s%results, failure)
    end subroutine open_results
 
-   !> Date and time of this place on Earth, with how far it is ahead of UTC: `2001-12-31T23:59:59+01:00` (ISO 8601).
+   !> Local date and time, with the offset from UTC: `2001-12-31T23:59:59+01:00` (ISO 8601).
    function now() result(text)
       character(:), allocatable :: text
       character(8) :: date
@@ -175,7 +175,7 @@ contains
       end associate
    end subroutine record_between_rows
 
-   !> Book what tips that grow in motion have released since the last time, by G as it was measured last.
+   !> Book the energy released by moving tips since the last time, by the last measured G.
    subroutine book_growth(s)
       type(simulation_t), intent(inout) :: s
       if (s%growing%are_there() .and. .not. s%growing%is_static) &
@@ -213,7 +213,7 @@ contains
       type(simulation_t), intent(inout) :: s
       logical, intent(in) :: after_failure
       type(failure_t), intent(inout) :: failure
-      type(piece_t), allocatable :: pieces(:)    ! an array of what functions return would leak in gfortran 12
+      type(piece_t), allocatable :: pieces(:)    ! an array of function results would leak in gfortran 12
       logical :: with_cracks
       with_cracks = shows_cracks(s%cracks)
       allocate (pieces(count([.true., .true., with_cracks, size(s%measurements%fronts) > 0])))
@@ -224,7 +224,7 @@ contains
       call s%results%write_snapshot(s%problem%state%time, pieces, failure)
    end subroutine write_snapshot
 
-   !> Tell how the run has ended: by the last snapshot of what has gone wrong, its distance from rest, and attributes of the result.
+   !> Record the end of the run: the last snapshot of a failed state, its distance to equilibrium, and attributes of the result.
    subroutine record_end(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -239,10 +239,10 @@ contains
       call tell_end(s, failure)
    end subroutine record_end
 
-   !> Write a last snapshot after a computation has gone wrong, whatever numbers it holds: how it went wrong can be seen there.
+   !> Write a last snapshot after a failed computation, with any numbers: it shows how it failed.
    subroutine show_what_failed(s)
       type(simulation_t), intent(inout) :: s
-      type(failure_t) :: unwritten               ! nobody is told: that the computation has failed matters more
+      type(failure_t) :: unwritten               ! not reported: the failed computation matters more
       logical :: halting(size(ieee_usual))
       call ieee_get_halting_mode(ieee_usual, halting)
       call ieee_set_halting_mode(ieee_usual, .false.)
@@ -250,12 +250,12 @@ contains
       call ieee_set_halting_mode(ieee_usual, halting)
    end subroutine show_what_failed
 
-   !> Write into the result how the run has ended and what it has warned of, so that the numbers do not go without that. A run that
-   !> goes on later, or cannot write, has not ended.
+   !> Write the end of the run and its warnings into the result, so that they go with the numbers. A run that continues later, or
+   !> cannot write, has not ended.
    subroutine tell_end(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      type(failure_t) :: unwritten               ! nobody is told: that the computation has failed matters more
+      type(failure_t) :: unwritten               ! not reported: the failed computation matters more
       call s%results%add_attribute('/', 'wall_time', s%interruption%elapsed(), unwritten)
       select case (failure%code)
       case (exit_done)
@@ -264,7 +264,7 @@ contains
          if (s%distance_to_equilibrium >= 0) &
             call s%results%add_attribute('/history', 'distance_to_equilibrium', s%distance_to_equilibrium, failure)
          if (allocated(s%stopped_when)) call s%results%add_attribute('/history', 'stopped_when', s%stopped_when, failure)
-         if (s%model%as_used /= s%model%as_begun) & ! which is what the result has
+         if (s%model%as_used /= s%model%as_begun) & ! as in the result
             call s%results%add_attribute('/history', 'end_time', s%model%run%end_time, failure)
          call tell_motion(s, failure)
       case (exit_computation)

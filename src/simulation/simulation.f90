@@ -32,7 +32,7 @@ module hampm_simulation
    private
    public :: simulation_t, build, rebuild_on_mesh, limit_time_step, follow_stiffening, measure_state, warnings, is_near_equilibrium
 
-   real(dp), parameter :: near_equilibrium = 0.01_dp !! distance from rest up to which values are taken for those at rest [-]
+   real(dp), parameter :: near_equilibrium = 0.01_dp !! distance to equilibrium up to which values count as static [-]
 
    !> All that a run consists of.
    type :: simulation_t

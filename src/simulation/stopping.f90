@@ -38,7 +38,7 @@ contains
       end associate
    end subroutine look_for_end
 
-   !> Whether some tip has grown, and all that may grow are at rest: in motion for the time that is asked for, at rest for good.
+   !> Whether some tip has grown, and all that may grow have stopped: in motion for the given time, in equilibrium for good.
    pure logical function have_arrested(s)
       type(simulation_t), intent(in) :: s
       integer :: k

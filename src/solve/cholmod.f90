@@ -130,7 +130,7 @@ module hampm_cholmod
    end interface
 
    abstract interface
-      !> Give back the memory of an object.
+      !> Release the memory of an object.
       integer(c_int) function free_object(object, settings) bind(c)
          import :: c_int, c_ptr, settings_t
          type(c_ptr), intent(inout) :: object
@@ -283,7 +283,7 @@ contains
       end associate
    end subroutine solve
 
-   !> Give back the memory.
+   !> Release the memory.
    subroutine release(self)
       class(cholmod_t), intent(inout) :: self
       integer :: k

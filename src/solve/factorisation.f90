@@ -64,7 +64,7 @@ contains
       end if
    end subroutine solve
 
-   !> Give back the memory.
+   !> Release the memory.
    subroutine release(self)
       class(factorisation_t), intent(inout) :: self
       call self%cholmod%release()

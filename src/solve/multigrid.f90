@@ -23,7 +23,7 @@ module hampm_multigrid
    real(dp), parameter :: weak = 0.01_dp         !! coupling over the root of the product of the stiffnesses, that is neglected
    real(dp), parameter :: dependent = 1e-8_dp    !! part of a motion that is left beside others where it is one of them
 
-   !> A level: what smooths, and what leads to the next one.
+   !> A level: its smoother, and the transfer to the next one.
    type :: level_t
       real(dp), allocatable :: inverse(:)        !! of the diagonal
       real(dp) :: largest = 0                    !! eigenvalue of D^-1 A
@@ -75,7 +75,7 @@ contains
          call failure%report(exit_computation, 'it is not positive definite')
    end subroutine make_levels
 
-   !> Make a level, and what the next one is of: nodes and motions.
+   !> Make a level, and the nodes and motions of the next one.
    subroutine add_level(level, a, start, b, is_coarser, failure)
       type(level_t), intent(inout) :: level
       type(sparse_t), intent(in) :: a
@@ -220,7 +220,7 @@ contains
       end associate
    end subroutine find_neighbours
 
-   !> The motions in each aggregate, orthogonal and of norm 1: T; and what the motions of the whole are in their amplitudes.
+   !> The motions in each aggregate, orthogonal and of norm 1: T; and the amplitudes of the motions of the whole in them.
    subroutine find_tentative(start, aggregate, b, tentative, next_start, next_b)
       integer, intent(in) :: start(:), aggregate(:)
       real(dp), intent(in) :: b(:, :)            !! (motions, unknowns)
@@ -454,7 +454,7 @@ contains
       end do
    end subroutine smooth
 
-   !> Give back the memory.
+   !> Release the memory.
    subroutine release(self)
       class(multigrid_t), intent(inout) :: self
       call self%coarsest%release()

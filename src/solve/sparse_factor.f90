@@ -13,7 +13,7 @@ module hampm_sparse_factor
    !> (Higham 2002, theorem 10.3).
    real(dp), parameter :: negligible = epsilon(1.0_dp)/16
 
-   !> L without its diagonal, which is 1, and D. Columns that fill the last panel up are those of the unit matrix.
+   !> L without its diagonal, which is 1, and D. The last panel is filled up with columns of the unit matrix.
    type :: sparse_factor_t
       private
       integer, allocatable :: unknown(:)         !! of each column, (n)
@@ -38,7 +38,7 @@ contains
       integer, intent(in) :: first(:)            !! first entry of each column in the next two, (n + 1)
       integer, intent(in) :: row(:)
       real(dp), intent(in) :: value(:)
-      logical, intent(in) :: is_last(:)          !! unknowns whose columns change those of such unknowns only, (n)
+      logical, intent(in) :: is_last(:)          !! unknowns whose columns change only columns of such unknowns, (n)
       real(dp) :: least(size(unknown))           ! that counts, by row
       integer :: place(size(unknown)), list(size(row)), p, j, k, entries ! entry of each row in a panel, and row of each entry
       logical :: counts(size(row))

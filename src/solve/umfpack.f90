@@ -82,7 +82,7 @@ contains
       real(c_double) :: info(n_info)
       integer(c_int) :: status
       call umfpack_di_defaults(self%control)
-      self%control(refinement_steps) = 0         ! the caller's iteration does what refinement would
+      self%control(refinement_steps) = 0         ! the caller's iteration replaces refinement
       self%column_start = matrix%row_start - 1
       self%row = matrix%column - 1
       status = umfpack_di_symbolic(matrix%n, matrix%n, self%column_start, self%row, matrix%value, self%symbolic, &
@@ -125,7 +125,7 @@ contains
       end associate
    end subroutine solve
 
-   !> Give back the memory.
+   !> Release the memory.
    subroutine release(self)
       class(umfpack_t), intent(inout) :: self
       if (c_associated(self%symbolic)) call umfpack_di_free_symbolic(self%symbolic)

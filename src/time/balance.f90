@@ -56,7 +56,7 @@ module hampm_balance
    !> State at the start of a part of a step, to return to.
    type :: start_t
       type(instant_t) :: instant
-      real(dp) :: stored = 0                     !! strain energy, with what has been dissipated [J]
+      real(dp) :: stored = 0                     !! strain energy and dissipation so far [J]
    end type start_t
 
    abstract interface
@@ -142,7 +142,7 @@ contains
       type(part_t), intent(in) :: part
    end subroutine arrive
 
-   !> Give back the memory of the matrix.
+   !> Release the memory of the matrix.
    subroutine finish(self)
       class(balance_t), intent(inout) :: self
       call self%newton%release()
@@ -206,8 +206,8 @@ contains
       end if
    end subroutine add_rigid_constraints
 
-   !> Hold what would go through its support, and release what pulls. Where a body would not be held any more only
-   !> the support that pulls most is released.
+   !> Hold nodes that would penetrate their support, and release those that pull. If a body would then be free only the support that
+   !> pulls most is released.
    subroutine change_touch(self, m, one_only, rigid_constraints, n_wrong)
       class(balance_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m

@@ -106,7 +106,7 @@ contains
       row%length = spread(row%spacing, 1, size(row%x))
    end function row_of_points
 
-   !> The particles of a body of two cells and, on both sides, a part of a cell: those of a lattice, of which the ends cut some.
+   !> The particles of a body of two cells and, on both sides, a part of a cell, on a lattice whose end particles may be cut.
    pure type(row_t) function row_of_cut_cells(fill, points_per_cell) result(row)
       real(dp), intent(in) :: fill               !! the part of the cells at the ends [cells]
       integer, intent(in) :: points_per_cell
@@ -320,7 +320,7 @@ contains
       s%lumped = sum(s%mass, dim=1)
    end subroutine sum_cells
 
-   !> Add what a particle gives to the stiffness: B^T C B.
+   !> Add the contribution of a particle to the stiffness: B^T C B.
    pure subroutine add_stiffness(moduli, gradient, nodes, n, stiffness)
       real(dp), intent(in) :: moduli(n_voigt, n_voigt), gradient(:, :)  !! (nodes, ndim)
       integer, intent(in) :: nodes(:), n
@@ -341,7 +341,7 @@ contains
       end do
    end subroutine add_stiffness
 
-   !> Add what the hoop of a particle gives to the stiffness, and stress in the plane by it.
+   !> Add the contribution of the hoop of a particle to the stiffness, and of the stress in the plane by it.
    pure subroutine add_hoops(moduli, stretch, gradient, nodes, s)
       real(dp), intent(in) :: moduli(n_voigt + 1)
       real(dp), intent(in) :: stretch(:), gradient(:, :) !! N/R and grad N [1/cells], (nodes) and (nodes, ndim)
@@ -446,7 +446,7 @@ contains
       end do
    end subroutine add_diagonal
 
-   !> Largest eigenvalue of Q K, Q acting on each component by itself: with Q = U^T U it is that of U K U^T.
+   !> Largest eigenvalue of Q K, Q acting on each component by itself: with Q = U^T U it is the one of U K U^T.
    pure real(dp) function largest_eigenvalue(q, k) result(largest)
       real(dp), intent(in) :: q(:, :), k(:, :)   !! symmetric, none below zero
       real(dp) :: u(size(q, 1), size(q, 1)), both(size(k, 1), size(k, 1)), value(size(k, 1)), work(4*size(k, 1))

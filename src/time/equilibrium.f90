@@ -23,7 +23,7 @@ module hampm_equilibrium
    private
    public :: equilibrium_t
 
-   real(dp), parameter :: off_path = 0.02_dp     !! part of the work that may not be stored on a path of states at rest
+   real(dp), parameter :: off_path = 0.02_dp     !! part of the work that may not be stored on a path of equilibria
    real(dp), parameter :: off_energy = 1e-3_dp   !! largest relative energy error of a part as faces or supports open or close
    real(dp), parameter :: off_tangent = 0.5_dp   !! largest deviation from the tangent at the start of a load step, relative
 
@@ -72,11 +72,11 @@ contains
       call book_equilibrium(self, m)
    end subroutine advance
 
-   !> Find equilibrium at the present time: at the start, or on another mesh from what the particles carry over to it.
+   !> Find equilibrium at the present time: at the start, or on another mesh from the state of the particles.
    subroutine initialise(self, m, dt, failure)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      real(dp), intent(in) :: dt                 !! of no matter at rest [s]
+      real(dp), intent(in) :: dt                 !! not used in equilibrium [s]
       type(failure_t), intent(inout) :: failure
       if (.not. m%cache%mapped) call map_to_grid(m)
       if (self%begun) then
@@ -92,7 +92,7 @@ contains
    subroutine rescale(self, m, load_factor, failure)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      real(dp), intent(in) :: load_factor        !! of what the model has [-]
+      real(dp), intent(in) :: load_factor        !! relative to the model [-]
       type(failure_t), intent(inout) :: failure
       call find(self, m, m%state%time, failure, load_factor)
       self%forgets_mesh = .false.                ! tips advance from here on
@@ -120,7 +120,7 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! [s]
       type(failure_t), intent(inout) :: failure
-      real(dp), intent(in), optional :: load_factor !! of what the model has [-]
+      real(dp), intent(in), optional :: load_factor !! relative to the model [-]
       real(dp) :: heat(2), force(2)              ! at both ends
       heat = 0
       force = 0
@@ -234,7 +234,7 @@ contains
       call find(self, m, m%state%time, failure)
    end subroutine find_again
 
-   !> Keep what the next equilibrium needs of the last.
+   !> Archive the data that the next equilibrium needs of the last.
    subroutine serialise(self, m, archive)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -324,7 +324,7 @@ contains
       if (m%interfaces%n_contact > 0) tells_work = tells_work .and. .not. any(m%interfaces%list(:m%interfaces%n)%friction > 0)
    end function tells_work
 
-   !> Fail where the equilibrium that was found is not stable, or not on a path of states at rest from the start.
+   !> Fail where the equilibrium that was found is not stable, or not on a path of equilibria from the start.
    subroutine check_stability(self, m, start, relaxes, failure)
       class(equilibrium_t), intent(in) :: self
       type(problem_t), intent(in) :: m

@@ -52,7 +52,7 @@ contains
       dt = time/steps
    end subroutine choose_steps
 
-   !> Find what steps begin with at the present time, at the start or on another mesh, where it does not follow from the particles:
+   !> Find the initial state of steps at the present time, at the start or on another mesh, if particles do not give it:
    !> equilibrium, or the motion of the nodes. Here nothing.
    subroutine initialise(self, m, dt, failure)
       class(integrator_t), intent(inout) :: self
@@ -61,32 +61,32 @@ contains
       type(failure_t), intent(inout) :: failure
    end subroutine initialise
 
-   !> Note what a step begins with that may be tried again, no particle being behind. Here nothing.
+   !> Save the state at the start of a step that may be tried again, with up-to-date particles. Here nothing.
    subroutine note_start(self, m)
       class(integrator_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
    end subroutine note_start
 
-   !> Go back to what was noted. Here nothing.
+   !> Restore the saved state. Here nothing.
    subroutine go_to_start(self, m)
       class(integrator_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
    end subroutine go_to_start
 
-   !> At rest: scale all that drives the material and is not held, and go to the equilibrium with it. Here nothing.
+   !> In equilibrium: scale all loading that is not held, and find the equilibrium with it. Here nothing.
    subroutine rescale(self, m, load_factor, failure)
       class(integrator_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      real(dp), intent(in) :: load_factor        !! of what the model has [-]
+      real(dp), intent(in) :: load_factor        !! relative to the model [-]
       type(failure_t), intent(inout) :: failure
    end subroutine rescale
 
-   !> Give back what is not needed after the last step. Here nothing.
+   !> Release all memory that is not needed after the last step. Here nothing.
    subroutine finish(self)
       class(integrator_t), intent(inout) :: self
    end subroutine finish
 
-   !> Keep in an archive what the steps need of those before.
+   !> Archive the data that steps need of earlier ones.
    subroutine serialise(self, m, archive)
       class(integrator_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m

@@ -107,7 +107,7 @@ contains
       if (.not. failure%failed()) call end_step(m, dt, 2**self%largest, .false., failure)
    end subroutine advance
 
-   !> Find the mean nodal forces over a coarse step, those of the loads included.
+   !> Find the mean nodal forces over a coarse step, with the loads.
    subroutine find_mean_force(c, m, dt, step, kick)
       type(local_leapfrog_t), intent(inout) :: c
       type(problem_t), intent(inout) :: m
@@ -135,7 +135,7 @@ contains
       mean_factor = (history%integral(start + duration) - history%integral(start))/duration
    end function mean_factor
 
-   !> Give back the memory of the region: gfortran leaves some of it where the integrator is given back.
+   !> Release the memory of the region: gfortran leaves some of it when the integrator is deallocated.
    subroutine finish(self)
       class(local_leapfrog_t), intent(inout) :: self
       call forget(self%mean)
@@ -146,7 +146,7 @@ contains
       type(mean_force_t), intent(out) :: mean
    end subroutine forget
 
-   !> After a sort, or where the length of the coarse step has changed: find what changes in it.
+   !> After a sort, or a change of the length of the coarse step: find the region that changes in it.
    subroutine rebuild(c, m)
       type(local_leapfrog_t), intent(inout) :: c
       type(problem_t), intent(inout) :: m
@@ -161,7 +161,7 @@ contains
    end subroutine rebuild
 
    !> Velocities of the nodes and, by the mean forces, their accelerations. Damping acts on the mean of the velocities before and
-   !> after, (v' - v)/T = f/D - alpha (v + v')/2, with which the limit of the step is that without it. Book what it takes.
+   !> after, (v' - v)/T = f/D - alpha (v + v')/2: the limit of the step is the same as without it. Book its dissipation.
    subroutine kick_nodes(m, kick, failure)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: kick               !! for how long forces act [s]

@@ -50,23 +50,23 @@ module hampm_newmark
    type :: previous_t
       type(instant_t) :: instant
       type(loading_t) :: now
-      real(dp), allocatable :: r(:, :)           !! internal forces, with all cohesive points, condensed [N], (ndim, n_points)
+      real(dp), allocatable :: r(:, :)           !! internal forces, with all bonded points, condensed [N], (ndim, n_points)
       real(dp) :: kinetic = 0
       logical :: is_carried = .false.
       logical :: is_now = .false.                !! whether it is the start of the present try; points may have failed since
    end type previous_t
 
-   !> The method, and what the nodes keep beside their velocity, which is the motion's.
+   !> The method, and the data of the nodes beside their velocity, which is part of the motion.
    type, extends(balance_t) :: newmark_t
       real(dp) :: alpha = 0                      !! of Hilber, Hughes and Taylor [-]
       real(dp) :: dt = 0                         !! of the last step [s]
       type(loading_t) :: now                     !! loading of the nodes at the present time
-      real(dp), allocatable :: r(:, :)           !! internal forces at the start of the step, without cohesive points that
+      real(dp), allocatable :: r(:, :)           !! internal forces at the start of the step, without bonded points that
                                                  !! fail in it, condensed [N], (ndim, n_points)
       real(dp), private :: stored = 0            !! at its start, and dissipated before, with an energy balance [J]
       real(dp), private :: kinetic = 0           !! kinetic energy after the last step, with an energy balance [J]
       integer, private :: layout = 0             !! of the blocks for which there is a mass matrix
-      logical, private :: is_carried = .false.   !! whether nodes keep what they had on another mesh
+      logical, private :: is_carried = .false.   !! whether nodes have values of another mesh
       ! v' = v_du (du - given) + by_v, a' = a_du (du - given) + by_a in it
       real(dp), private :: v_du = 0, a_du = 0    !! [1/s], [1/s2]
       real(dp), allocatable, private :: by_v(:, :), by_a(:, :) !! (ndim, n_points)
@@ -186,7 +186,7 @@ contains
    !> x of M x = b at the nodes, with given values of the fixed components, distributed.
    subroutine solve_mass_equation(m, b, given, x, failure)
       type(problem_t), intent(inout) :: m
-      real(dp), intent(in), contiguous :: b(:, :) !! condensed, without what the given values take, (ndim, n_points)
+      real(dp), intent(in), contiguous :: b(:, :) !! condensed, less the product with given values, (ndim, n_points)
       real(dp), intent(in) :: given(:, :)        !! (ndim, n_points)
       real(dp), allocatable, intent(out) :: x(:, :) !! (ndim, n_points)
       type(failure_t), intent(inout) :: failure
@@ -411,7 +411,7 @@ contains
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine give
 
-   !> Move, strain and accelerate the particles by what the nodes gain, and map them.
+   !> Move, strain and accelerate the particles by the increments of the nodes, and map them.
    subroutine move_particles(m, dt, du, v, have_moved)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
@@ -450,7 +450,7 @@ contains
       real(dp), intent(in), contiguous :: du(:, :) !! [m], (ndim, n_points)
       real(dp), intent(in) :: v(:, :)            !! velocity at the end [m/s], (ndim, n_points)
       real(dp), allocatable, dimension(:, :) :: drag, dashpots, momentum_change, work, r ! of damping; of R; mean of internal forces
-      real(dp) :: taken                          ! by cohesive points that have failed [J]
+      real(dp) :: taken                          ! by bonded points that have failed [J]
       integer :: n
       n = m%grid%n_nodes
       associate (v_0 => m%state%velocity, matrix => m%fields%mass_matrix, mean => (self%now%force + loading%force)/2, &
@@ -490,7 +490,7 @@ contains
       end associate
    end subroutine book
 
-   !> Note what a step begins with.
+   !> Save the state at the start of a step.
    subroutine note_start(self, m)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -503,7 +503,7 @@ contains
       self%previous%is_now = .true.
    end subroutine note_start
 
-   !> Go back to what was noted.
+   !> Restore the saved state.
    subroutine go_to_start(self, m)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -514,7 +514,7 @@ contains
       self%previous%is_now = .true.
    end subroutine go_to_start
 
-   !> Keep in an archive what the next step needs.
+   !> Archive the data of the next step.
    subroutine serialise(self, m, archive)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m

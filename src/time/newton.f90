@@ -38,14 +38,14 @@ module hampm_newton
    integer, parameter :: most_halvings = 10      !! of a displacement, to lessen the residual
    real(dp), parameter :: balanced = 1e-11_dp    !! the residual, over the largest force of a cell
    real(dp), parameter :: sums = 16*epsilon(1.0_dp) !! residue of the largest loads of a run where they cancel
-   real(dp), parameter :: of_turn = 1e-3_dp      !! part that counts of the forces that a turn would have as a strain: what is then
-                                                 !! balanced is 45 times its rounding
+   real(dp), parameter :: of_turn = 1e-3_dp      !! counted part of the forces that a turn would have as a strain: the
+                                                 !! balance is then 45 times its rounding
    real(dp), parameter :: nearly_balanced = 0.1_dp !! part of the residual that may be left before friction follows the pressure
    real(dp), parameter :: hopeless = 1e6_dp      !! the residual, over the largest force at first
    real(dp), parameter :: lessened = 0.9_dp      !! part of the work r . du that may be left where bodies may buckle; elsewhere r
                                                  !! belongs to a convex potential, and none may be added
 
-   !> How equilibrium is found, and what it took.
+   !> Method and cost of equilibrium.
    type :: newton_t
       character(name_len) :: solver = usual_solver !! see `stiffness_kind_t`
       integer :: solutions = 0                   !! so far
@@ -65,8 +65,8 @@ contains
 
    !> Iterate under some forces with the pairs that touch now. Fails where it does not end.
    !>
-   !> With friction what it can hold stays for some iterations: then forces are those of a convex potential, and a displacement that
-   !> is shortened until it lessens that always helps. What friction can hold then follows the pressure.
+   !> Friction limits are constant for some iterations: the forces then have a convex potential, and a displacement shortened until
+   !> the potential decreases always helps. Then the limits follow the pressure.
    subroutine balance(self, m, outer, shift, rigid_constraints, moved, failure)
       class(newton_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -297,7 +297,7 @@ contains
       is_stable = self%k%is_stable()
    end function is_stable
 
-   !> Give back the memory.
+   !> Release the memory.
    subroutine release(self)
       class(newton_t), intent(inout) :: self
       call self%k%release()
@@ -313,7 +313,7 @@ contains
       call outer%add_to(m, moved, r)
    end subroutine residual
 
-   !> Add to internal forces those from outside, less what it takes to move nodes as they have to by `offset`.
+   !> Add external to internal forces, less the force for the prescribed displacement `offset` of nodes.
    subroutine less_offset(m, outer, shift, moved, r, offset, has_offset)
       type(problem_t), intent(in) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
@@ -356,15 +356,15 @@ contains
          call add_interface_forces(m%interfaces, 1, by_faces)
          largest_force = max(largest_force, maxval(abs(by_faces)))
       end if
-      do k = 1, size(m%materials)                ! a body that is free to take its eigenstrain has no forces at rest
+      do k = 1, size(m%materials)                ! a body that is free to take its eigenstrain has no forces in equilibrium
          if (m%materials(k)%has_eigenstrain) largest_force = max(largest_force, area*maxval(abs(m%materials(k)%stress_at_first())))
       end do
-      if (m%particles%n == 0) return             ! and one that its supports turn has what rounding leaves of that
+      if (m%particles%n == 0) return             ! and a body turned by its supports has their rounding
       largest_force = max(largest_force, of_turn*area*maxval([(m%materials(k)%plane_modulus(), k=1, size(m%materials))]) &
                                          *maxval(abs(m%particles%gradient(:m%particles%n, :, :))))
    end function largest_force
 
-   !> By how much nodes are to move whatever the forces: held ones with their constraints.
+   !> Displacement that nodes must make under any forces: fixed ones with their constraints.
    subroutine find_offset(m, shift, moved, offset, has_offset)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: shift(:, :)        !! displacement of fixed components in this load step [m], (ndim, n_nodes)
@@ -392,7 +392,7 @@ contains
       if (has_offset) call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, offset)
    end subroutine find_offset
 
-   !> Move and strain the particles by a displacement of the nodes, and map what forces they then have.
+   !> Move and strain the particles by a displacement of the nodes, and map their forces.
    subroutine displace(m, du)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)

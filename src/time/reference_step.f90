@@ -95,7 +95,7 @@ contains
       m%state%time = m%state%time + dt
       m%state%steps = m%state%steps + 1
    contains
-      !> Add the forces of interface points at the end of the step, and what they change.
+      !> Add the forces of interface points at the end of the step, and their effect.
       subroutine add_forces_at_end()
          type(node_list_t) :: nodes
          if (m%scheme%name == 'usf') call open_faces(m, v, dt)
@@ -108,7 +108,7 @@ contains
       end subroutine add_forces_at_end
    end subroutine reference_step
 
-   !> Open interface points by a nodal velocity, and let what has slid, and what cohesion has lost, stay so.
+   !> Open interface points by a nodal velocity, and commit slip and damage.
    subroutine open_faces(m, v, dt)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: v(:, :)            !! [m/s], (ndim, n_points)

@@ -113,7 +113,7 @@ contains
       waits_for_forces = m%interfaces%n_at_end + m%absorbing%n > 0
    end function waits_for_forces
 
-   !> Find what points that keep their sums need in a step in tiles.
+   !> Prepare the sums of points that keep them, in a step in tiles.
    subroutine prepare_sums(m, new_masses)
       type(problem_t), intent(inout) :: m
       logical, intent(inout) :: new_masses       !! whether nodal masses have changed: not any more
@@ -236,7 +236,7 @@ contains
       call pass_on(m, m%state%steps + 1, unsolved, failure)
    end subroutine solve_velocity
 
-   !> Accelerations from the forces, and the velocities that move the particles; book what the forces do.
+   !> Accelerations from the forces, and the velocities that move the particles; book the work of the forces.
    subroutine solve_acceleration(m, dt, failure)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt
@@ -290,7 +290,7 @@ contains
             m%energies%absorbed_energy = m%energies%absorbed_energy + taken
             if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken
          end if
-         if (allocated(m%constraints%turning)) then ! by those forces too: as they are now, and then by what they are more
+         if (allocated(m%constraints%turning)) then ! by those forces too: the present ones, then their increments
             allocate (before, source=0*f%force)
             call add_interface_forces(m%interfaces, 1, before, m%interfaces%n_at_end)
             call turn_by(m, dt, before)
@@ -318,7 +318,7 @@ contains
       m%fields%velocity(:, :, v_next) = m%fields%velocity(:, :, v_next) + dt*a
    end subroutine turn_by
 
-   !> Book what the loads have done in a step that has mapped the new velocities, or will do so only in the next.
+   !> Book the work of the loads in a step that has mapped the new velocities, or will do so only in the next.
    subroutine book_loads(m, dt)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]

@@ -63,7 +63,7 @@ contains
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: history(:)         !! state variables
       real(dp), intent(in) :: hoop               !! H_33 [-]
-      logical, intent(in) :: total_frame         !! whether the grid is that of the reference
+      logical, intent(in) :: total_frame         !! whether the grid is in the reference configuration
       real(dp) :: direction(ndim), gradient(ndim, ndim), q(ndim, ndim), axes(n_voigt, ndim)
       integer :: a, b, d, k
       axes = 0
