@@ -4,7 +4,7 @@ module hampm_growth_room
    use hampm_tensors, only: norm
    use hampm_crack_placement, only: held_ahead, least_radius, distance_in_material, body_at, is_covered, distance_to_loads, &
                                     distance_to_body, distance_to_others, layer_around, sides_of_tip
-   use hampm_crack_lines, only: distance_to_segment, find_nearest_segment
+   use hampm_crack_lines, only: find_nearest_segment
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t
@@ -13,6 +13,7 @@ module hampm_growth_room
    use hampm_model_materials, only: are_alike, material_of_body
    use hampm_path_placement, only: room_around, path_reaches, path_tips
    use hampm_placement, only: tolerance
+   use hampm_polygon, only: cross, distance_to_line, find_meeting
    use hampm_model, only: model_t
    use hampm_text, only: digits_text, to_text, without_rounding
    implicit none
@@ -186,19 +187,13 @@ contains
    pure real(dp) function way_to_segment(from, direction, a, b) result(way)
       real(dp), intent(in) :: from(ndim), direction(ndim), a(ndim), b(ndim) !! direction a unit vector, others [m]
       real(dp), parameter :: rounding = 1e-9_dp  ! of the segment
-      real(dp) :: across, at
-      way = huge(way)
-      across = direction(1)*(b(2) - a(2)) - direction(2)*(b(1) - a(1))
-      if (abs(across) <= rounding*norm(b - a)) then ! along it, to the nearer of its ends
-         if (abs(direction(1)*(a(2) - from(2)) - direction(2)*(a(1) - from(1))) > rounding*norm(b - a)) return
-         at = min(dot_product(a - from, direction), dot_product(b - from, direction))
-         if (at > 0) way = at
-         return
+      real(dp) :: at
+      call find_meeting(from, direction, a, b, way, at)
+      if (abs(cross(direction, b - a)) <= rounding*norm(b - a)) then ! along it, to the nearer of its ends
+         way = min(dot_product(a - from, direction), dot_product(b - from, direction))
+         at = merge(0.0_dp, huge(at), abs(cross(direction, a - from)) <= rounding*norm(b - a))
       end if
-      at = (direction(2)*(a(1) - from(1)) - direction(1)*(a(2) - from(2)))/across
-      if (at < -rounding .or. at > 1 + rounding) return
-      at = ((a(1) - from(1))*(b(2) - a(2)) - (a(2) - from(2))*(b(1) - a(1)))/across
-      if (at > 0) way = at
+      if (at < -rounding .or. at > 1 + rounding .or. .not. way > 0) way = huge(way)
    end function way_to_segment
 
    !> Whether a crack on a symmetry plane has run through all material there.
@@ -326,11 +321,4 @@ contains
          end do
       end function what_is_there
    end subroutine end_tips
-
-   !> Distance of a place from a polyline [m].
-   pure real(dp) function distance_to_line(place, points) result(distance)
-      real(dp), intent(in) :: place(ndim), points(:, :) !! [m]
-      integer :: k
-      distance = minval([(distance_to_segment(place, points(:, k - 1), points(:, k)), k=2, size(points, 2))])
-   end function distance_to_line
 end module hampm_growth_room

@@ -8,9 +8,9 @@ module hampm_path_consistency
                                    is_inside, first_end, &
                                    last_end
    use hampm_placement, only: tolerance, upper_corner, point_text
+   use hampm_polygon, only: find_crossing
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
-   use hampm_shape_consistency, only: do_cross
    use hampm_text, only: to_text, length_text
    implicit none
    private
@@ -70,15 +70,13 @@ contains
                                    to_text(near)//' m: the cells cannot follow. Use fewer points or smaller cells')
             return
          end do
-         do i = 2, size(points, 2)
-            do j = i + 2, size(points, 2)
-               if (.not. do_cross(points(:, i - 1), points(:, i), points(:, j - 1), points(:, j))) cycle
-               call settings%complain(entry, trim(model%paths(k)%key), 'the path crosses itself: from point '//to_text(i - 1)// &
-                                      ' to '//to_text(i)//' and from '//to_text(j - 1)//' to '//to_text(j)// &
-                                      '; make two cracks of it')
-               return
-            end do
-         end do
+         call find_crossing(points, .false., i, j)
+         if (i > 0) then
+            call settings%complain(entry, trim(model%paths(k)%key), 'the path crosses itself: from point '//to_text(i)// &
+                                   ' to '//to_text(i + 1)//' and from '//to_text(j)//' to '//to_text(j + 1)// &
+                                   '; make two cracks of it')
+            return
+         end if
       end associate
       do i = 1, k - 1
          if (model%paths(k)%name == '' .or. model%paths(i)%name /= model%paths(k)%name) cycle

@@ -3,10 +3,11 @@
 module hampm_path_placement
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
-   use hampm_crack_lines, only: distance_to_segment, length_of
+   use hampm_crack_lines, only: length_of
    use hampm_crack_placement, only: is_covered, covered_radius, distance_to_loads, distance_to_constraints, distance_to_others, &
                                     domain_radii
    use hampm_placement, only: tolerance
+   use hampm_polygon, only: distance_to_line, distance_to_segment
    use hampm_model, only: model_t, path_spec_t
    implicit none
    private
@@ -192,13 +193,10 @@ contains
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: x(ndim)            !! [m]
       integer, intent(in) :: but
-      integer :: k, i
+      integer :: k
       distance = huge(distance)
       do k = 1, size(model%paths)
-         if (k == but) cycle
-         do i = 2, size(model%paths(k)%points, 2)
-            distance = min(distance, distance_to_segment(x, model%paths(k)%points(:, i - 1), model%paths(k)%points(:, i)))
-         end do
+         if (k /= but) distance = min(distance, distance_to_line(x, model%paths(k)%points))
       end do
    end function distance_to_cracks
 
@@ -208,7 +206,7 @@ contains
       integer, intent(in) :: k, other            !! numbers of the paths
       real(dp), intent(in) :: beside             !! [m]
       real(dp) :: x(ndim), step, way
-      integer :: i, j, steps, n
+      integer :: i, j, steps
       longest = 0
       way = 0
       associate (points => model%paths(k)%points, others => model%paths(other)%points)
@@ -218,7 +216,7 @@ contains
             do j = 0, steps - 1
                x = points(:, i - 1) + (j + 0.5_dp)/steps*(points(:, i) - points(:, i - 1))
                way = way + step
-               if (minval([(distance_to_segment(x, others(:, n - 1), others(:, n)), n=2, size(others, 2))]) > beside) way = 0
+               if (distance_to_line(x, others) > beside) way = 0
                longest = max(longest, way)
             end do
          end do

@@ -5,9 +5,10 @@ module hampm_plane_consistency
    use hampm_tensors, only: norm
    use hampm_crack_groups, only: plane_spec_t
    use hampm_crack_placement, only: body_at, finest_cell, find_region
-   use hampm_front, only: front_t, region_t, region_of, find_fronts, crosses_itself, plane_axes, room_of
+   use hampm_front, only: front_t, region_t, region_of, find_fronts, plane_axes, room_of
    use hampm_model, only: model_t, has_shapes
    use hampm_placement, only: tolerance, within
+   use hampm_polygon, only: find_crossing
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text, point_text, three_digits
    implicit none
@@ -43,6 +44,7 @@ contains
       integer, intent(in) :: entry
       real(dp) :: tol, in_plane(ndim)
       type(region_t) :: region
+      integer :: i, j
       tol = tolerance(model%grid)
       select case (plane%front)
        case ('straight')
@@ -60,12 +62,13 @@ contains
                                    to_text(finest_cell(model))//' m, or more')
          end if
        case ('polygon')
+         call find_crossing(plane%points(plane_axes(plane%axis), :), .true., i, j)
          if (size(plane%points, 2) < 3) then
             call settings%complain(entry, 'points', 'must be three corners or more, each x, y, z')
          else if (any(abs(plane%points(plane%axis, :) - plane%points(plane%axis, 1)) > tol)) then
             call settings%complain(entry, 'points', 'must have the same '//axes(plane%axis:plane%axis)// &
                                    ', that of the plane across the normal')
-         else if (crosses_itself(plane%points(plane_axes(plane%axis), :))) then
+         else if (i > 0) then
             call settings%complain(entry, 'points', 'must go around the crack: edges that are no neighbours must not meet')
          else
             region = region_of(plane%crack_shape_t, 0*plane%center, 0*plane%center, finest_cell(model))

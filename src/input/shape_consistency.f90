@@ -1,17 +1,17 @@
 !> Whether bodies and holes have the shapes that a model gives them: every key that a shape needs and none that it does not, lines without
 !> crossings, holes inside bodies.
 module hampm_shape_consistency
-   use hampm_crack_lines, only: distance_to_segment, area => twice_area
    use hampm_kinds, only: dp, ndim
    use hampm_outline, only: outline_t, ring_t
    use hampm_placement, only: point_text
+   use hampm_polygon, only: area_of, distance_to_segment, do_cross, find_crossing
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
    use hampm_tensors, only: norm, quarter_turn
    use hampm_text, only: to_text
    implicit none
    private
-   public :: check_shape, check_holes, outlines_overlap, comes_near_edges, do_cross
+   public :: check_shape, check_holes, outlines_overlap, comes_near_edges
 
    integer, parameter :: looks = 720             !! around a circle
 
@@ -88,16 +88,15 @@ contains
                                       ' are at one place, '//point_text(numbers(ndim*(i - 1) + 1:ndim*i)))
                return
             end if
-            do j = i + 2, n
-               if (i == 1 .and. j == n) cycle
-               if (.not. do_cross(a, b, x(:, j), x(:, mod(j, n) + 1))) cycle
-               call settings%complain(entry, 'points', 'sides '//to_text(i)//' and '//to_text(j)//' of the polygon '// &
-                                      'cross or touch; side 1 is from corner 1 to corner 2')
-               return
-            end do
          end associate
       end do
-      if (sum([(area(x(:, 1), x(:, i), x(:, i + 1)), i=2, n - 1)])**2 <= (1e-12_dp*product(maxval(x, 2) - minval(x, 2)))**2) &
+      call find_crossing(x, .true., i, j)
+      if (i > 0) then
+         call settings%complain(entry, 'points', 'sides '//to_text(i)//' and '//to_text(j)//' of the polygon cross or touch; '// &
+                                'side 1 is from corner 1 to corner 2')
+         return
+      end if
+      if (2*abs(area_of(x)) <= 1e-12_dp*product(maxval(x, 2) - minval(x, 2))) &
          call settings%complain(entry, 'points', 'the corners are on one line')
    end subroutine check_corners
 
@@ -205,11 +204,4 @@ contains
          end do
       end function has_point_of
    end function rings_overlap
-
-   !> Whether two segments have a point in common.
-   pure logical function do_cross(a, b, c, d)
-      real(dp), dimension(ndim), intent(in) :: a, b, c, d !! from a to b, and from c to d [m]
-      do_cross = area(a, b, c)*area(a, b, d) <= 0 .and. area(c, d, a)*area(c, d, b) <= 0 .and. &
-                 all(max(min(a, b), min(c, d)) <= min(max(a, b), max(c, d)))
-   end function do_cross
 end module hampm_shape_consistency

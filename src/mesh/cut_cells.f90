@@ -15,7 +15,8 @@ module hampm_cut_cells
    use hampm_kinds, only: dp, ndim, long
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_forest, only: corner_offset, forest_t, outside, level_width
-   use hampm_crack_lines, only: both_faces, distance_to_segment, find_nearest_segment, line_t
+   use hampm_crack_lines, only: both_faces, find_nearest_segment, line_t
+   use hampm_polygon, only: distance_to_segment, twice_area
    use hampm_tensors, only: norm, quarter_turn, in_plane
    implicit none
    private
@@ -218,7 +219,7 @@ contains
          if (k == 0) cycle
          associate (a => self%lines(line)%origin(:, k - 1), b => self%lines(line)%origin(:, k), &
                     from => self%lines(line)%points(:, k - 1), to => self%lines(line)%points(:, k))
-            across = ((b(1) - a(1))*(origin(2) - a(2)) - (b(2) - a(2))*(origin(1) - a(1)))/norm(b - a)
+            across = twice_area(a, b, origin)/norm(b - a)
             x = from + along*(to - from) + across*quarter_turn(to - from)/norm(to - from)
          end associate
       end do

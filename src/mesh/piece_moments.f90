@@ -9,7 +9,8 @@ module hampm_piece_moments
    use hampm_cut_cells, only: cut_cells_t
    use hampm_forest, only: forest_t, corner_offset
    use hampm_outline, only: outline_t, ring_t
-   use hampm_tensors, only: norm, in_plane
+   use hampm_polygon, only: clip, clip_segment, twice_area
+   use hampm_tensors, only: norm, in_plane, quarter_turn
    implicit none
    private
    public :: polynomials_at, moments_of_pieces, integrals_of_gradients, integrals_in_ring, n_polynomials
@@ -174,15 +175,16 @@ contains
       real(dp), intent(in) :: line(:, :, :)      !! in local coordinates, (ndim, 2, lines)
       real(dp), intent(inout) :: moments(:, :)
       type(outline_t), intent(in), optional :: body
+      real(dp), allocatable :: part(:, :)
       integer :: side
       if (size(line, 3) == 0) then
          call add_polygon(cut, forest, leaf, points, moments, body)
          return
       end if
       do side = -1, 1, 2
-         associate (part => one_side(points, line(:, 1, 1), side*(line(:, 2, 1) - line(:, 1, 1))))
-            if (size(part, 2) > 2) call add_parts(cut, forest, leaf, part, line(:, :, 2:), moments, body)
-         end associate
+         part = points
+         call clip(part, line(:, 1, 1), side*quarter_turn(line(:, 2, 1) - line(:, 1, 1)))
+         if (size(part, 2) > 2) call add_parts(cut, forest, leaf, part, line(:, :, 2:), moments, body)
       end do
    end subroutine add_parts
 
@@ -190,48 +192,10 @@ contains
    pure logical function meets(segment, lower, edge)
       real(dp), intent(in) :: segment(ndim, 2), lower(ndim), edge
       real(dp), parameter :: hair = 1e-9_dp
-      real(dp) :: from, to, at(2)
-      integer :: d
-      from = 0
-      to = 1
-      meets = any(abs(segment(:, 2) - segment(:, 1)) > hair*edge)
-      do d = 1, ndim
-         associate (a => segment(d, 1) - lower(d), way => segment(d, 2) - segment(d, 1))
-            if (abs(way) > hair*edge) then
-               at = [(hair*edge - a)/way, (edge*(1 - hair) - a)/way]
-               from = max(from, minval(at))
-               to = min(to, maxval(at))
-            else
-               meets = meets .and. a > hair*edge .and. a < edge*(1 - hair)
-            end if
-         end associate
-      end do
-      meets = meets .and. to > from
+      real(dp) :: from, to
+      call clip_segment(segment(:, 1), segment(:, 2), lower + hair*edge, lower + (1 - hair)*edge, from, to)
+      meets = to > from .and. any(abs(segment(:, 2) - segment(:, 1)) > hair*edge)
    end function meets
-
-   !> What of a convex polygon is to the left of a line (Sutherland & Hodgman 1974).
-   pure function one_side(points, on, direction) result(kept)
-      real(dp), intent(in) :: points(:, :)       !! (ndim, any number)
-      real(dp), intent(in) :: on(ndim)           !! a point of the line
-      real(dp), intent(in) :: direction(ndim)
-      real(dp), allocatable :: kept(:, :)
-      real(dp) :: height(size(points, 2)), list(ndim, 2*size(points, 2))
-      integer :: i, before, n
-      height = [(direction(1)*(points(2, i) - on(2)) - direction(2)*(points(1, i) - on(1)), i=1, size(points, 2))]
-      n = 0
-      do i = 1, size(points, 2)
-         before = merge(size(points, 2), i - 1, i == 1)
-         if ((height(i) > 0) .neqv. (height(before) > 0)) then
-            n = n + 1
-            list(:, n) = points(:, before) + height(before)/(height(before) - height(i))*(points(:, i) - points(:, before))
-         end if
-         if (height(i) > 0) then
-            n = n + 1
-            list(:, n) = points(:, i)
-         end if
-      end do
-      kept = list(:, :n)
-   end function one_side
 
    !> Add the integrals over a convex polygon to those of the piece in which its middle is, if that is in the body.
    pure subroutine add_polygon(cut, forest, leaf, points, moments, body)
@@ -241,7 +205,7 @@ contains
       real(dp), intent(in) :: points(:, :)       !! in local coordinates, anticlockwise, (ndim, 3 or more)
       real(dp), intent(inout) :: moments(:, :)
       type(outline_t), intent(in), optional :: body
-      real(dp) :: x(ndim), first(ndim), second(ndim)
+      real(dp) :: x(ndim)
       integer :: piece, i
       x = forest%position(forest%place_of(leaf)) + forest%size_of(leaf)*sum(points, dim=2)/size(points, 2)
       if (present(body)) then
@@ -250,9 +214,7 @@ contains
       piece = 1
       if (cut%pieces_of(leaf) > 1) piece = cut%piece_at(forest, leaf, x)
       do i = 3, size(points, 2)
-         first = points(:, i - 1) - points(:, 1)
-         second = points(:, i) - points(:, 1)
-         moments(:, piece) = moments(:, piece) + (first(1)*second(2) - first(2)*second(1))/2*( &
+         moments(:, piece) = moments(:, piece) + twice_area(points(:, 1), points(:, i - 1), points(:, i))/2*( &
                              outer_weight*mean_over(points(:, [1, i - 1, i]), outer) &
                              + inner_weight*mean_over(points(:, [1, i - 1, i]), inner))
       end do

@@ -13,7 +13,7 @@
 !> The edges are those between particles in the reference configuration, and go with these (`hampm_turned_faces`).
 module hampm_pressed_faces
    use hampm_kinds, only: dp, ndim, plane
-   use hampm_crack_lines, only: distance_to_segment
+   use hampm_polygon, only: distance_to_segment
    use hampm_cut_cells, only: cut_cells_t, divides
    use hampm_dofs, only: list_slots
    use hampm_loads, only: load_t, note_particles

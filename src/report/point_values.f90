@@ -12,7 +12,8 @@
 module hampm_point_values
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
-   use hampm_crack_lines, only: both_faces, distance_to_segment, area => twice_area
+   use hampm_crack_lines, only: both_faces
+   use hampm_polygon, only: distance_to_segment, area => twice_area
    use hampm_cracks, only: cracks_t
    use hampm_material, only: are_of_one
    use hampm_matter, only: matter_t

@@ -10,12 +10,13 @@
 module hampm_front
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_outline, only: outline_t
+   use hampm_polygon, only: area_of, clip_segment, clip_to, clip_to_box, distance_to_polygon, is_in_polygon, moments_of, &
+                            outward_normal, side_lengths, ways_along
    use hampm_ring_moments, only: sort_few
    use hampm_tensors, only: norm
    implicit none
    private
-   public :: region_t, front_t, crack_shape_t, region_of, find_fronts, crosses_itself, find_crossing, clip_edge, &
-             area_of, plane_axes, room_of, chords
+   public :: region_t, front_t, crack_shape_t, region_of, find_fronts, plane_axes, room_of, chords
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: rounding = 1e-9_dp     !! of the box, within which an edge is that of the box
@@ -147,7 +148,7 @@ contains
       allocate (from(n), to(n), begins(n), ends(n))
       do k = 1, n
          associate (a => region%outline(:, k), b => region%outline(:, modulo(k, n) + 1))
-            call clip_edge(a, b, low + margin, high - margin, from(k), to(k))
+            call clip_segment(a, b, low + margin, high - margin, from(k), to(k))
             if (.not. region%may_be_front(k)) to(k) = -1
             if (.not. allocated(region%bodies) .or. to(k) <= from(k)) cycle
             if (.not. is_in_material(region, a + (from(k) + to(k))/2*(b - a), margin)) to(k) = -1
@@ -246,20 +247,19 @@ contains
       real(dp), intent(in) :: spacing            !! [m]
       type(front_t), intent(out) :: front
       real(dp), allocatable :: at(:, :), outward(:, :) ! of nodes, in the plane
-      real(dp) :: way(first:last + 1), begin(size(from)), wanted, normal(2)
+      real(dp), dimension(size(from)) :: begin, length ! ways to the edges along the outline, and their lengths [m]
+      real(dp) :: way(first:last + 1), wanted, normal(2)
       integer :: n, k, m, i, start, parts
       front%region_t = region
       n = size(region%outline, 2)
       front%is_closed = all(to > from) .and. last - first + 1 == n .and. .not. from(edge(first)) > 0 .and. .not. to(edge(last)) < 1
+      begin = ways_along(region%outline)
+      length = side_lengths(region%outline)
       way(first) = 0
       do k = first, last
-         way(k + 1) = way(k) + (to(edge(k)) - from(edge(k)))*length_of(k)
+         way(k + 1) = way(k) + (to(edge(k)) - from(edge(k)))*length(edge(k))
       end do
       front%length = way(last + 1)
-      begin(1) = 0
-      do k = 2, n
-         begin(k) = begin(k - 1) + length_of(k - 1)
-      end do
       allocate (at(2, 0), outward(2, 0), front%arc(0), front%on_outline(0))
       start = first
       do k = first, last                         ! stretches without a kink inside
@@ -274,7 +274,7 @@ contains
             do while (m < k .and. way(m + 1) < wanted)
                m = m + 1
             end do
-            associate (part => from(edge(m)) + (wanted - way(m))/length_of(m))
+            associate (part => from(edge(m)) + (wanted - way(m))/length(edge(m)))
                at = reshape([at, region%outline(:, edge(m)) + part*(region%outline(:, edge(m + 1)) - region%outline(:, edge(m)))], &
                             [2, size(at, 2) + 1])
                normal = (1 - part)*normal_at(m, m) + part*normal_at(m + 1, m)
@@ -283,7 +283,7 @@ contains
             end associate
             outward = reshape([outward, normal/norm(normal)], [2, size(outward, 2) + 1])
             front%arc = [front%arc, wanted]
-            front%on_outline = [front%on_outline, begin(edge(m)) + from(edge(m))*length_of(m) + wanted - way(m)]
+            front%on_outline = [front%on_outline, begin(edge(m)) + from(edge(m))*length(edge(m)) + wanted - way(m)]
          end do
          start = k + 1
       end do
@@ -302,18 +302,11 @@ contains
          edge = modulo(k - 1, n) + 1
       end function edge
 
-      !> Length of an edge [m].
-      pure real(dp) function length_of(k)
-         integer, intent(in) :: k
-         length_of = norm(region%outline(:, edge(k + 1)) - region%outline(:, edge(k)))
-      end function length_of
-
       !> Unit vector out of the region at an edge.
       pure function normal_of(k) result(normal)
          integer, intent(in) :: k
          real(dp) :: normal(2)
-         normal = region%outline(:, edge(k + 1)) - region%outline(:, edge(k))
-         normal = [normal(2), -normal(1)]/length_of(k)
+         normal = outward_normal(region%outline, edge(k))
       end function normal_of
 
       !> The same at a corner of the outline, as seen from an edge: that of the curve, where it has one.
@@ -382,18 +375,7 @@ contains
    pure real(dp) function distance(self, x)
       class(region_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
-      real(dp) :: y(2), least, part
-      integer :: k
-      y = self%in_plane(x)
-      least = huge(least)
-      do k = 1, size(self%outline, 2)
-         if (.not. self%may_be_front(k)) cycle
-         associate (a => self%outline(:, k), b => self%outline(:, modulo(k, size(self%outline, 2)) + 1))
-            part = min(max(dot_product(y - a, b - a)/max(sum((b - a)**2), tiny(part)), 0.0_dp), 1.0_dp)
-            least = min(least, sum((y - a - part*(b - a))**2))
-         end associate
-      end do
-      distance = sqrt(least)
+      distance = distance_to_polygon(self%in_plane(x), self%outline, self%may_be_front)
       if (self%contains(x)) distance = -distance
    end function distance
 
@@ -401,16 +383,7 @@ contains
    pure logical function holds(self, x)
       class(region_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
-      real(dp) :: y(2)
-      integer :: k
-      y = self%in_plane(x)
-      holds = .false.
-      do k = 1, size(self%outline, 2)
-         associate (a => self%outline(:, k), b => self%outline(:, modulo(k, size(self%outline, 2)) + 1))
-            if ((a(2) > y(2)) .eqv. (b(2) > y(2))) cycle
-            if (y(1) < a(1) + (y(2) - a(2))/(b(2) - a(2))*(b(1) - a(1))) holds = .not. holds
-         end associate
-      end do
+      holds = is_in_polygon(self%in_plane(x), self%outline)
    end function holds
 
    !> The region without a margin along what may be a front of it.
@@ -424,9 +397,7 @@ contains
                         null())
       n = size(self%outline, 2)
       do k = 1, n
-         associate (way => self%outline(:, modulo(k, n) + 1) - self%outline(:, k))
-            normal(:, k) = [way(2), -way(1)]/norm(way)
-         end associate
+         normal(:, k) = outward_normal(self%outline, k)
          margin(k) = merge(by, 0.0_dp, self%may_be_front(k))
       end do
       do k = 1, n                                ! to where the edges on either side meet then
@@ -466,8 +437,8 @@ contains
       real(dp), intent(out) :: area              !! [m2]
       real(dp), intent(out) :: middle(2)         !! [m]
       real(dp), allocatable :: part(:, :)
-      real(dp) :: whole, first(2)
-      integer :: k, side, n
+      real(dp) :: whole, m(0:2)
+      integer :: k, n
       whole = product(high - low)
       middle = (low + high)/2
       n = size(self%outline, 2)
@@ -480,27 +451,12 @@ contains
          area = merge(0.0_dp, whole, self%contains(self%in_space(middle)))
          return
       end if
-      allocate (part(2, size(self%outline, 2)))
-      do k = 1, size(part, 2)                    ! from the middle of the rectangle: no digits are lost
-         part(:, k) = self%outline(:, k) - middle
-      end do
-      do side = 1, 2
-         call cut_polygon(part, side, (high(side) - low(side))/2)
-         part(side, :) = -part(side, :)
-         call cut_polygon(part, side, (high(side) - low(side))/2)
-         part(side, :) = -part(side, :)
-      end do
-      area = 0
-      first = 0
-      do k = 1, size(part, 2)
-         associate (a => part(:, k), b => part(:, modulo(k, size(part, 2)) + 1))
-            area = area + (a(1)*b(2) - a(2)*b(1))/2
-            first = first + (a(1)*b(2) - a(2)*b(1))*(a + b)/6
-         end associate
-      end do
-      area = whole - area
+      part = self%outline - spread(middle, 2, n) ! from the middle of the rectangle: no digits are lost
+      call clip_to_box(part, (low - high)/2, (high - low)/2)
+      m = moments_of(part)
+      area = whole - m(0)
       if (area > rounding*whole) then
-         middle = middle - first/area
+         middle = middle - m(1:)/area
       else
          area = 0
       end if
@@ -519,8 +475,8 @@ contains
          do b = 1, size(self%bodies)
             do r = 1, size(self%bodies(b)%rings)
                part = self%outline
-               call cut_by(part, self%bodies(b)%rings(1)%section(self%axis, self%plane))
-               if (r > 1) call cut_by(part, self%bodies(b)%rings(r)%section(self%axis, self%plane))
+               call clip_to(part, self%bodies(b)%rings(1)%section(self%axis, self%plane))
+               if (r > 1) call clip_to(part, self%bodies(b)%rings(r)%section(self%axis, self%plane))
                area_in = area_in + merge(-1, 1, r > 1)*area_of(part)
             end do
          end do
@@ -531,127 +487,4 @@ contains
          area_in = product(high - low) - rest
       end associate
    end function area_in
-
-   !> Keep of a polygon what is in a convex one.
-   pure subroutine cut_by(polygon, window)
-      real(dp), allocatable, intent(inout) :: polygon(:, :)
-      real(dp), intent(in) :: window(:, :)       !! counterclockwise [m], (2, any)
-      real(dp), allocatable :: kept(:, :)
-      integer :: i, k, n, m
-      if (size(window, 2) == 0) polygon = polygon(:, :0)
-      do i = 1, size(window, 2)
-         m = size(polygon, 2)
-         allocate (kept(2, 2*m))
-         n = 0
-         associate (from => window(:, i), to => window(:, modulo(i, size(window, 2)) + 1))
-            do k = 1, m
-               associate (a => polygon(:, k), b => polygon(:, modulo(k, m) + 1))
-                  associate (of_a => side_of(from, to, a), of_b => side_of(from, to, b))
-                     if (of_a >= 0) then
-                        n = n + 1
-                        kept(:, n) = a
-                     end if
-                     if ((of_a >= 0) .neqv. (of_b >= 0)) then
-                        n = n + 1
-                        kept(:, n) = a + of_a/(of_a - of_b)*(b - a)
-                     end if
-                  end associate
-               end associate
-            end do
-         end associate
-         deallocate (polygon)
-         allocate (polygon, source=kept(:, :n))
-         deallocate (kept)
-      end do
-   end subroutine cut_by
-
-   !> Keep of a polygon what has a coordinate of this value or less.
-   pure subroutine cut_polygon(polygon, axis, most)
-      real(dp), allocatable, intent(inout) :: polygon(:, :)
-      integer, intent(in) :: axis
-      real(dp), intent(in) :: most
-      real(dp) :: kept(2, 2*size(polygon, 2))
-      integer :: k, n
-      n = 0
-      do k = 1, size(polygon, 2)
-         associate (a => polygon(:, k), b => polygon(:, modulo(k, size(polygon, 2)) + 1))
-            if (a(axis) <= most) then
-               n = n + 1
-               kept(:, n) = a
-            end if
-            if ((a(axis) <= most) .neqv. (b(axis) <= most)) then
-               n = n + 1
-               kept(:, n) = a + (most - a(axis))/(b(axis) - a(axis))*(b - a)
-               kept(axis, n) = most
-            end if
-         end associate
-      end do
-      deallocate (polygon)
-      allocate (polygon, source=kept(:, :n))
-   end subroutine cut_polygon
-
-   !> Parts of an edge between which it is in a rectangle; the last is below the first where it is nowhere.
-   pure subroutine clip_edge(a, b, low, high, from, to)
-      real(dp), intent(in) :: a(2), b(2)         !! its ends [m]
-      real(dp), intent(in) :: low(2), high(2)    !! of the rectangle [m]
-      real(dp), intent(out) :: from, to          !! [-]
-      integer :: d
-      from = 0
-      to = 1
-      do d = 1, 2
-         if (abs(b(d) - a(d)) > 0) then
-            associate (t => ([low(d), high(d)] - a(d))/(b(d) - a(d)))
-               from = max(from, minval(t))
-               to = min(to, maxval(t))
-            end associate
-         else if (a(d) < low(d) .or. a(d) > high(d)) then
-            to = -1
-         end if
-      end do
-   end subroutine clip_edge
-
-   !> Area of a polygon, above 0 where its corners go counterclockwise [m2].
-   pure real(dp) function area_of(polygon) result(area)
-      real(dp), intent(in) :: polygon(:, :)      !! [m], (2, any)
-      integer :: k
-      area = 0
-      do k = 1, size(polygon, 2)
-         associate (a => polygon(:, k) - polygon(:, 1), b => polygon(:, modulo(k, size(polygon, 2)) + 1) - polygon(:, 1))
-            area = area + (a(1)*b(2) - a(2)*b(1))/2
-         end associate
-      end do
-   end function area_of
-
-   !> Whether edges of a polygon that are not neighbours meet.
-   pure logical function crosses_itself(polygon)
-      real(dp), intent(in) :: polygon(:, :)      !! [m], (2, any)
-      integer :: i, j
-      call find_crossing(polygon, i, j)
-      crosses_itself = i > 0
-   end function crosses_itself
-
-   !> The first two such edges; 0 where there are none.
-   pure subroutine find_crossing(polygon, i, j)
-      real(dp), intent(in) :: polygon(:, :)      !! [m], (2, any)
-      integer, intent(out) :: i, j
-      integer :: n
-      n = size(polygon, 2)
-      do i = 1, n - 2
-         do j = i + 2, n
-            if (i == 1 .and. j == n) cycle
-            associate (a => polygon(:, i), b => polygon(:, i + 1), c => polygon(:, j), d => polygon(:, modulo(j, n) + 1))
-               if (any(max(a, b) < min(c, d) .or. max(c, d) < min(a, b))) cycle
-               if (side_of(a, b, c)*side_of(a, b, d) <= 0 .and. side_of(c, d, a)*side_of(c, d, b) <= 0) return
-            end associate
-         end do
-      end do
-      i = 0
-      j = 0
-   end subroutine find_crossing
-
-   !> Which side of a line through two places a third one is on: above 0 the left one.
-   pure real(dp) function side_of(a, b, c)
-      real(dp), intent(in) :: a(2), b(2), c(2)   !! [m]
-      side_of = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
-   end function side_of
 end module hampm_front

@@ -4,7 +4,7 @@ module hampm_crack_lines
    use hampm_tensors, only: norm
    implicit none
    private
-   public :: line_t, length_of, distance_to_segment, twice_area, find_nearest_segment, both_faces, left_face, right_face
+   public :: line_t, length_of, find_nearest_segment, both_faces, left_face, right_face
 
    integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! which faces of a line have material
 
@@ -94,20 +94,6 @@ contains
       integer :: k
       length = sum([(norm(points(:, k) - points(:, k - 1)), k=2, size(points, 2))])
    end function length_of
-
-   !> Distance of a point from a segment [m].
-   pure real(dp) function distance_to_segment(x, a, b) result(distance)
-      real(dp), intent(in) :: x(ndim), a(ndim), b(ndim) !! and its ends, which may be the same [m]
-      associate (t => dot_product(x - a, b - a)/max(sum((b - a)**2), tiny(1.0_dp)))
-         distance = norm(x - a - min(max(t, 0.0_dp), 1.0_dp)*(b - a))
-      end associate
-   end function distance_to_segment
-
-   !> Twice the area of a triangle, with a sign [m2].
-   pure real(dp) function twice_area(a, b, c)
-      real(dp), dimension(ndim), intent(in) :: a, b, c
-      twice_area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
-   end function twice_area
 
    !> The segment of a polyline that is nearest to a place, if that is nearer than what has been found before.
    pure subroutine find_nearest_segment(points, x, nearest, last, along)

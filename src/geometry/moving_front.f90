@@ -5,8 +5,10 @@
 !> convex and stay kinks where it is not, where corners that come together are one. Nothing heals, as ways are not below 0.
 module hampm_moving_front
    use hampm_kinds, only: dp, ndim
+   use hampm_front, only: region_t, front_t, chords
+   use hampm_polygon, only: area_of, clip_segment, cross, find_crossing, find_meeting, normal_of => outward_normal, side_lengths, &
+                            ways_along
    use hampm_tensors, only: norm
-   use hampm_front, only: region_t, front_t, find_crossing, clip_edge, area_of, chords
    implicit none
    private
    public :: advance_region
@@ -42,7 +44,7 @@ contains
       if (size(fronts) == 0 .or. .not. any(ways > 0)) return
       chord = spacing/chords
       new = moving_t(region%outline, ways_along(region%outline), region%may_be_front, region%is_corner) ! where they are, at first
-      call divide(new, region%in_plane(lower), region%in_plane(upper), chord, around_of(region%outline))
+      call divide(new, region%in_plane(lower), region%in_plane(upper), chord, sum(side_lengths(region%outline)))
       new%way = ways_at(new%way)
       moves = max(1, ceiling(maxval(new%way)/(most*chord)))
       new%way = new%way/moves
@@ -67,7 +69,7 @@ contains
          real(dp) :: way(size(on)), node(size(ways)), around, part
          integer :: before, after, i, f
          node = [(fronts(f)%on_outline, f=1, size(fronts))]
-         around = around_of(region%outline)
+         around = sum(side_lengths(region%outline))
          do i = 1, size(on)
             before = minloc(modulo(on(i) - node, around), dim=1)
             after = minloc(modulo(node - on(i), around), dim=1)
@@ -77,23 +79,6 @@ contains
          end do
       end function ways_at
    end subroutine advance_region
-
-   !> The way along an outline to each of its corners [m].
-   pure function ways_along(outline) result(way)
-      real(dp), intent(in) :: outline(:, :)      !! [m]
-      real(dp) :: way(size(outline, 2))
-      integer :: k
-      way(1) = 0
-      do k = 2, size(way)
-         way(k) = way(k - 1) + norm(outline(:, k) - outline(:, k - 1))
-      end do
-   end function ways_along
-
-   !> The length of an outline [m].
-   pure real(dp) function around_of(outline)
-      real(dp), intent(in) :: outline(:, :)      !! [m]
-      around_of = sum(sqrt(sum((cshift(outline, 1, dim=2) - outline)**2, dim=1)))
-   end function around_of
 
    !> Divide long edges where they are in a box, so that the outline keeps its area.
    pure subroutine divide(new, low, high, chord, last)
@@ -107,7 +92,7 @@ contains
       integer :: n, k, next, parts, i
       logical :: is_long(size(new%way))
       n = size(new%way)
-      is_long = new%may_be_front .and. sqrt(sum((cshift(new%at, 1, dim=2) - new%at)**2, dim=1)) > longest*chord
+      is_long = new%may_be_front .and. side_lengths(new%at) > longest*chord
       do k = 1, n
          if (.not. is_long(k)) cycle
          call find_part(new, k, length, from, to)
@@ -150,7 +135,7 @@ contains
          from = 0
          to = 1
          if (length < far*chord) return
-         call clip_edge(of%at(:, k), of%at(:, modulo(k, n) + 1), low, high, from, to)
+         call clip_segment(of%at(:, k), of%at(:, modulo(k, n) + 1), low, high, from, to)
          if (to <= from) return                  ! beside the box, however near
          from = max(0.0_dp, from - outside*chord/length)
          to = min(1.0_dp, to + outside*chord/length)
@@ -184,15 +169,6 @@ contains
       new%is_corner(:new%n) = old%is_corner(:new%n)
    end subroutine resize
 
-   !> Unit vector out of the region at an edge.
-   pure function normal_of(outline, k) result(normal)
-      real(dp), intent(in) :: outline(:, :)
-      integer, intent(in) :: k
-      real(dp) :: normal(2)
-      normal = outline(:, modulo(k, size(outline, 2)) + 1) - outline(:, k)
-      normal = [normal(2), -normal(1)]/max(norm(normal), tiny(normal))
-   end function normal_of
-
    !> Angle by which an outline turns at each corner, above 0 to the left [rad].
    pure function turns_of(outline) result(turn)
       real(dp), intent(in) :: outline(:, :)
@@ -201,7 +177,7 @@ contains
       do k = 1, size(turn)
          a = normal_of(outline, modulo(k - 2, size(turn)) + 1)
          b = normal_of(outline, k)
-         turn(k) = atan2(a(1)*b(2) - a(2)*b(1), dot_product(a, b))
+         turn(k) = atan2(cross(a, b), dot_product(a, b))
       end do
    end function turns_of
 
@@ -217,7 +193,7 @@ contains
       real(dp), intent(in) :: chord              !! [m]
       real(dp), parameter :: far = 4             ! chords
       real(dp) :: curvature(size(of%way))
-      associate (length => sqrt(sum((cshift(of%at, 1, dim=2) - of%at)**2, dim=1)))
+      associate (length => side_lengths(of%at))
          associate (before => cshift(length, -1))
             curvature = turns_of(of%at)
             where (of%is_corner .or. abs(curvature) > kink .or. max(length, before) > far*chord) curvature = 0
@@ -232,7 +208,7 @@ contains
       real(dp), intent(in) :: chord              !! [m]
       real(dp) :: bulge(2, size(of%way)), out(2)
       integer :: k
-      associate (length => sqrt(sum((cshift(of%at, 1, dim=2) - of%at)**2, dim=1)), curvature => curvatures(of, chord))
+      associate (length => side_lengths(of%at), curvature => curvatures(of, chord))
          do k = 1, size(of%way)
             associate (before => modulo(k - 2, size(of%way)) + 1)
                out = normal_of(of%at, before) + normal_of(of%at, k)
@@ -298,7 +274,7 @@ contains
       logical :: stays(size(new%way))
       integer :: k, next
       turn = turns_of(new%at)
-      length = sqrt(sum((cshift(new%at, 1, dim=2) - new%at)**2, dim=1))
+      length = side_lengths(new%at)
       stays = .true.
       do k = 1, size(turn)
          next = modulo(k, size(turn)) + 1
@@ -327,16 +303,15 @@ contains
       type(moving_t), intent(inout) :: new
       logical, intent(out) :: encloses
       type(moving_t) :: old
-      real(dp) :: at(2), part
+      real(dp) :: at(2), part, of_other
       integer :: i, j, n, k
       encloses = .false.
       do while (.not. is_convex(new%at))
-         call find_crossing(new%at, i, j)
+         call find_crossing(new%at, .true., i, j)
          if (i == 0) return
          n = size(new%way)
-         associate (a => new%at(:, i), b => new%at(:, i + 1), c => new%at(:, j), d => new%at(:, modulo(j, n) + 1))
-            part = (b(1) - a(1))*(d(2) - c(2)) - (b(2) - a(2))*(d(1) - c(1))
-            if (abs(part) > 0) part = ((c(1) - a(1))*(d(2) - c(2)) - (c(2) - a(2))*(d(1) - c(1)))/part
+         associate (a => new%at(:, i), b => new%at(:, i + 1))
+            call find_meeting(a, b - a, new%at(:, j), new%at(:, modulo(j, n) + 1), part, of_other)
             at = a + min(max(part, 0.0_dp), 1.0_dp)*(b - a)
          end associate
          associate (inner => area_of(reshape([at, new%at(:, i + 1:j)], [2, j - i + 1])), whole => area_of(new%at))

@@ -8,8 +8,8 @@
 module hampm_outline
    use hampm_edge_parts, only: edge_part_t, rectangles_of_side, parts_of_mantle, parts_of_sphere
    use hampm_kinds, only: dp, ndim
-   use hampm_ring_moments, only: clip, moments_of_circle, moments_of_polygon, moments_of_box, moments_of_cylinder, &
-                                  moments_of_sphere, sort_few
+   use hampm_polygon, only: area_of, clip_to_box, distance_to_polygon, find_meeting, is_in_polygon, moments_of
+   use hampm_ring_moments, only: moments_of_circle, moments_of_box, moments_of_cylinder, moments_of_sphere, sort_few
    use hampm_tensors, only: norm, in_plane, quarter_turn
    implicit none
    private
@@ -110,7 +110,6 @@ contains
    !> Area inside a ring, of a polygon with a sign: above 0 where its points go around anticlockwise [m2]; in solids the volume [m3].
    pure real(dp) function area_of_ring(self) result(area)
       class(ring_t), intent(in) :: self
-      real(dp) :: m(0:ndim)
       if (ndim > 2 .and. self%axis > 0) then
          area = pi*self%radius**2*(self%ends(2) - self%ends(1))
       else if (ndim > 2 .and. self%is_circle) then
@@ -120,8 +119,7 @@ contains
       else if (self%is_circle) then
          area = pi*self%radius**2
       else
-         m = moments_of_polygon(self%points - spread(self%points(:, 1), 2, size(self%points, 2)))
-         area = m(0)
+         area = area_of(self%points)
       end if
    end function area_of_ring
 
@@ -153,50 +151,28 @@ contains
    pure logical function encloses(self, x)
       class(ring_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
-      integer :: i, j
       if (ndim > 2) then
          encloses = all(beyond(self, x) < 0)
-         return
       else if (self%is_circle) then
          encloses = norm(x - self%center) < self%radius
-         return
+      else
+         encloses = is_in_polygon(x, self%points)
       end if
-      encloses = .false.
-      j = size(self%points, 2)
-      do i = 1, size(self%points, 2)
-         associate (a => self%points(:, j), b => self%points(:, i))
-            if ((a(2) > x(2)) .neqv. (b(2) > x(2))) then
-               if (x(1) < a(1) + (b(1) - a(1))*((x(2) - a(2))/(b(2) - a(2)))) encloses = .not. encloses
-            end if
-         end associate
-         j = i
-      end do
    end function encloses
 
    !> Distance of a point from a ring [m].
    pure real(dp) function distance_to_ring(self, x) result(distance)
       class(ring_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
-      real(dp) :: t, out(ndim)
-      integer :: i, j
+      real(dp) :: out(ndim)
       if (ndim > 2) then
          out = beyond(self, x)
          distance = max(norm(max(out, 0.0_dp)), -maxval(out))
-         return
       else if (self%is_circle) then
          distance = abs(norm(x - self%center) - self%radius)
-         return
+      else
+         distance = distance_to_polygon(x, self%points)
       end if
-      distance = huge(distance)
-      j = size(self%points, 2)
-      do i = 1, size(self%points, 2)
-         associate (a => self%points(:, j), b => self%points(:, i))
-            t = 0
-            if (sum((b - a)**2) > 0) t = min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)
-            distance = min(distance, norm(x - a - t*(b - a)))
-         end associate
-         j = i
-      end do
    end function distance_to_ring
 
    !> How far it is from a point to a ring in some direction, in lengths of the vector that gives it: huge where the ring is not met.
@@ -204,8 +180,8 @@ contains
       class(ring_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(in) :: direction(ndim)
-      real(dp) :: middle, root, across
-      integer :: i, j
+      real(dp) :: middle, root
+      integer :: k
       way = huge(way)
       if (ndim > 2) then
          way = way_in_space(self, x, direction)
@@ -218,17 +194,9 @@ contains
          if (middle - sqrt(root) >= 0) way = middle - sqrt(root)
          return
       end if
-      j = size(self%points, 2)
-      do i = 1, size(self%points, 2)
-         associate (a => self%points(:, j) - x, side => self%points(:, i) - self%points(:, j))
-            across = direction(1)*side(2) - direction(2)*side(1)
-            if (abs(across) > 0) then
-               root = (a(1)*direction(2) - a(2)*direction(1))/across
-               middle = (a(1)*side(2) - a(2)*side(1))/across
-               if (root >= 0 .and. root <= 1 .and. middle >= 0) way = min(way, middle)
-            end if
-         end associate
-         j = i
+      do k = 1, size(self%points, 2)
+         call find_meeting(x, direction, self%points(:, k), self%points(:, modulo(k, size(self%points, 2)) + 1), middle, root)
+         if (root >= 0 .and. root <= 1 .and. middle >= 0) way = min(way, middle)
       end do
    end function way_to_ring
 
@@ -328,7 +296,6 @@ contains
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
       real(dp) :: m(0:ndim)
       real(dp), allocatable :: points(:, :)
-      integer :: d
       if (ndim > 2) then
          if (self%axis > 0) then
             m = moments_of_cylinder(lower - self%center, upper - self%center, self%radius, self%axis, &
@@ -344,11 +311,8 @@ contains
          return
       end if
       points = self%points - spread(lower, 2, size(self%points, 2))
-      do d = 1, ndim
-         call clip(points, d, 0.0_dp, keep_above=.true.)
-         call clip(points, d, upper(d) - lower(d), keep_above=.false.)
-      end do
-      m = moments_of_polygon(points)
+      call clip_to_box(points, 0*lower, upper - lower)
+      m(:2) = moments_of(points)
       if (self%area() < 0) m = -m
    end function moments_of_ring
 

@@ -1,11 +1,11 @@
-!> Area and first moments of what a rectangle has of a polygon and of a circle: by clipping and Green's theorem, and in closed form. In solids
-!> volume and first moments of what a box has of a box, a cylinder along an axis, in closed form, and of a sphere, by its slices.
+!> Area and first moments of what a rectangle has of a circle, in closed form. In solids volume and first moments of what a box has of a box, a
+!> cylinder along an axis, in closed form, and of a sphere, by its slices.
 module hampm_ring_moments
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm, in_plane, quarter_turn
    implicit none
    private
-   public :: clip, moments_of_circle, moments_of_polygon, moments_of_box, moments_of_cylinder, moments_of_sphere, sort_few
+   public :: moments_of_circle, moments_of_box, moments_of_cylinder, moments_of_sphere, sort_few
 
    !> Points of Gauss, from 0 to 1, and their weights.
    real(dp), parameter :: far(6) = [0.9815606342467192_dp, 0.9041172563704748_dp, 0.7699026741943047_dp, &
@@ -15,52 +15,6 @@ module hampm_ring_moments
    real(dp), parameter :: gauss(12) = ([-far, far] + 1)/2, weight(12) = [heavy, heavy]/2
 
 contains
-
-   !> Cut off what of a polygon is on one side of a grid line (Sutherland & Hodgman 1974).
-   pure subroutine clip(points, d, at, keep_above)
-      real(dp), allocatable, intent(inout) :: points(:, :)
-      integer, intent(in) :: d                   !! direction of the coordinate
-      real(dp), intent(in) :: at                 !! its value on the line
-      logical, intent(in) :: keep_above
-      real(dp) :: kept(ndim, 2*size(points, 2) + 1)
-      logical :: is_in, was_in
-      integer :: i, before, n
-      n = 0
-      do i = 1, size(points, 2)
-         before = merge(size(points, 2), i - 1, i == 1)
-         associate (a => points(:, before), b => points(:, i))
-            is_in = (b(d) >= at) .eqv. keep_above
-            was_in = (a(d) >= at) .eqv. keep_above
-            if (is_in .neqv. was_in) then
-               n = n + 1
-               kept(:, n) = a + (b - a)*((at - a(d))/(b(d) - a(d)))
-               kept(d, n) = at
-            end if
-            if (is_in) then
-               n = n + 1
-               kept(:, n) = b
-            end if
-         end associate
-      end do
-      points = kept(:, :n)
-   end subroutine clip
-
-   !> Area and first moments around the origin of a polygon, anticlockwise, by Green's theorem.
-   pure function moments_of_polygon(points) result(m)
-      real(dp), intent(in) :: points(:, :)       !! (ndim, any number)
-      real(dp) :: m(0:ndim)
-      real(dp) :: twice
-      integer :: i, before
-      m = 0
-      do i = 1, size(points, 2)
-         before = merge(size(points, 2), i - 1, i == 1)
-         associate (a => points(:, before), b => points(:, i))
-            twice = a(1)*b(2) - b(1)*a(2)
-            m(0) = m(0) + twice/2
-            m(1:) = m(1:) + twice*(a + b)/6
-         end associate
-      end do
-   end function moments_of_polygon
 
    !> Area of a circle around the origin in a box, and its first moments around the lower corner of the box: between places where an arc meets
    !> a side of the box, what is inside is between arcs y = +-s(x), s = sqrt(r^2 - x^2), and the sides. Nothing is as large as the circle, of
