@@ -60,6 +60,7 @@ module hampm_cracks
       procedure :: plan_way
       procedure :: forget_way
       procedure :: plan_end
+      procedure :: end_place
       procedure :: end_direction
       procedure :: turn
       procedure :: find_nodes
@@ -303,6 +304,16 @@ contains
          call self%put_back(number, self%crack(tip%crack)%points)
       end associate
    end subroutine plan_end
+
+   !> Where the crack of a tip ends at its side, bonded or not [m].
+   pure function end_place(self, number) result(x)
+      class(cracks_t), intent(in) :: self
+      integer, intent(in) :: number              !! of the tip
+      real(dp) :: x(ndim)
+      associate (points => self%crack(self%tips(number)%crack)%points)
+         x = points(:, merge(1, size(points, 2), self%tips(number)%end == first_point))
+      end associate
+   end function end_place
 
    !> Unit vector of the last straight part of the crack of a tip, bonded or not, away from its other end.
    pure function end_direction(self, number) result(direction)

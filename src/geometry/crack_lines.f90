@@ -1,10 +1,11 @@
 !> A polyline along which cells are cut: its points, its tips, and the parts of it that are open, new, held by cohesion or free.
 module hampm_crack_lines
    use hampm_kinds, only: dp, ndim
+   use hampm_polygon, only: distance_to_segment
    use hampm_tensors, only: norm
    implicit none
    private
-   public :: line_t, length_of, find_nearest_segment, both_faces, left_face, right_face
+   public :: line_t, length_of, find_nearest_segment, segment_at, room_on_line, both_faces, left_face, right_face
 
    integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! which faces of a line have material
 
@@ -116,6 +117,28 @@ contains
          along = way
       end do
    end subroutine find_nearest_segment
+
+   !> The first segment of a polyline that two places are on, by its last point; 0 where they are on none.
+   pure integer function segment_at(points, x, y, tolerance) result(k)
+      real(dp), intent(in) :: points(:, :), x(ndim), y(ndim), tolerance !! [m]
+      do k = 2, size(points, 2)
+         if (max(distance_to_segment(x, points(:, k - 1), points(:, k)), distance_to_segment(y, points(:, k - 1), points(:, k))) &
+             <= tolerance) return
+      end do
+      k = 0
+   end function segment_at
+
+   !> The largest radius around a place on a segment of a polyline within which there is nothing else of it, nor the end of this segment [m].
+   pure real(dp) function room_on_line(points, x, last, at_first) result(radius)
+      real(dp), intent(in) :: points(:, :), x(ndim) !! [m]
+      integer, intent(in) :: last                !! number of the last point of the segment
+      logical, intent(in) :: at_first            !! whether the place is towards its first point
+      integer :: k
+      radius = norm(x - points(:, merge(last, last - 1, at_first)))
+      do k = 2, size(points, 2)
+         if (k /= last) radius = min(radius, distance_to_segment(x, points(:, k - 1), points(:, k)))
+      end do
+   end function room_on_line
 
    !> A polyline without the last part of a length, or without the first [m]; of more rows than two the last two tell the length.
    pure function shortened(points, by, from_first) result(shorter)

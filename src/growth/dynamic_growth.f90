@@ -10,7 +10,7 @@ module hampm_dynamic_growth
    use hampm_interface_points, only: interface_energy
    use hampm_forest, only: outside
    use hampm_growing, only: growing_t, next_t, share_of_shear, part_of_crack
-   use hampm_growth_room, only: update_model_path, see_surroundings, room_of_material, room_for, why_no_room, find_end, &
+   use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_for, why_no_room, find_end, &
                                plan_end, end_tips, &
                                   shrink_domains
    use hampm_interface_placement, only: release_length
@@ -61,7 +61,7 @@ contains
    !> Before a step: plan the ways of tips that have come to the end of what is planned. `have_planned` tells whether cells have to be cut.
    subroutine plan_ways(growing, model, m, cracks, dt, have_planned, message)
       type(growing_t), intent(inout) :: growing
-      type(model_t), intent(inout) :: model      !! its paths follow the cracks
+      type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: m
       type(cracks_t), intent(inout) :: cracks
       real(dp), intent(in) :: dt                 !! of the step [s]
@@ -96,7 +96,7 @@ contains
    !> Plan the way of a tip to a little beyond the next cell, unless it would come too near to something.
    subroutine plan(growing, model, m, cracks, k, of, is_planned, message)
       type(growing_t), intent(inout) :: growing
-      type(model_t), intent(inout) :: model
+      type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: m
       type(cracks_t), intent(inout) :: cracks
       integer, intent(in) :: k
@@ -147,7 +147,7 @@ contains
          if (abs(angle) > strong_turn) growing%tips(k)%last_turn = tip%grown
          growing%tips(k)%room = min(room, room_of_material(model, tip))
          call growing%fit_radii(k, least_radius(model), tip)
-         call update_model_path(model, cracks, tip%crack)
+         call see_around_tips(model, cracks, tip%crack)
       end associate
       is_planned = .true.
    end subroutine plan
@@ -272,7 +272,7 @@ contains
    !> in balance with them.
    subroutine move_tips(growing, model, m, cracks, time, dt, message)
       type(growing_t), intent(inout) :: growing
-      type(model_t), intent(inout) :: model      !! its paths follow the cracks
+      type(model_t), intent(in) :: model
       type(problem_t), intent(inout) :: m
       type(cracks_t), intent(inout) :: cracks
       real(dp), intent(in) :: time               !! at its start [s]

@@ -1,40 +1,42 @@
-!> What the model says of the surroundings of a crack that grows: it goes on with the crack, and tells how much room there is for a tip.
+!> What the model says of the surroundings of a crack that grows: what its tips see, and how much room there is for a tip.
 module hampm_growth_room
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
    use hampm_crack_placement, only: held_ahead, least_radius, distance_in_material, body_at, is_covered, distance_to_loads, &
                                     distance_to_body, distance_to_others, layer_around, sides_of_tip
-   use hampm_crack_lines, only: find_nearest_segment
+   use hampm_crack_lines, only: find_nearest_segment, room_on_line
    use hampm_crack_tip, only: crack_tip_t
-   use hampm_cracks, only: cracks_t
+   use hampm_cracks, only: cracks_t, first_point
    use hampm_growing, only: growing_t
    use hampm_interface_points, only: interfaces_t
    use hampm_nodal_release, only: holds_on
    use hampm_model_materials, only: are_alike, material_of_body
-   use hampm_path_placement, only: room_around, path_reaches, path_tips
+   use hampm_path_placement, only: room_around, is_tip_at, reach_beyond
    use hampm_placement, only: tolerance
    use hampm_polygon, only: cross, distance_to_line, find_meeting
    use hampm_model, only: model_t
    use hampm_text, only: digits_text, to_text, without_rounding
    implicit none
    private
-   public :: update_model_path, see_surroundings, room_of_material, room_for, why_no_room, find_end, plan_end, &
+   public :: see_surroundings, see_around_tips, room_of_material, room_for, room_of_tip, why_no_room, find_end, plan_end, &
              end_tips, shrink_domains, find_loose_tips, &
              is_plane_open
 
 contains
 
-   !> Let a crack of the model be where it is in the run, and its tips see what is around them there.
-   subroutine update_model_path(model, cracks, number)
-      type(model_t), intent(inout) :: model
+   !> Let all tips, or those of a crack, see what is around them where they are.
+   pure subroutine see_around_tips(model, cracks, crack)
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(inout) :: cracks
-      integer, intent(in) :: number              !! of the crack
+      integer, intent(in), optional :: crack     !! its number
       integer :: k
-      model%paths(number)%points = cracks%crack(number)%open_part()
       do k = 1, size(cracks%tips)
-         if (cracks%tips(k)%crack == number) call see_surroundings(model, cracks%tips(k))
+         if (present(crack)) then
+            if (cracks%tips(k)%crack /= crack) cycle
+         end if
+         call see_surroundings(model, cracks%tips(k))
       end do
-   end subroutine update_model_path
+   end subroutine see_around_tips
 
    !> Let a tip see what is around it where it is: its material, that just ahead of it, and at an interface that above and that below it; within its
    !> radii layers along its crack, and bodies of other materials at which its domains end.
@@ -81,19 +83,45 @@ contains
       room = max(least_radius(model), distance_to_others(model, tip%place, tip%axis(:, 1)))
    end function room_of_material
 
-   !> The largest radius of a domain integral around a tip that has come to a place [m]; 0 where there is none.
-   pure real(dp) function room_for(model, cracks, crack, place) result(room)
+   !> The largest radius of a domain integral around a tip that has come to a place, not above `most` [m]; 0 where there is none.
+   pure real(dp) function room_for(model, cracks, crack, place, most) result(room)
       type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks       !! with what is planned for them
       integer, intent(in) :: crack               !! its number
       real(dp), intent(in) :: place(ndim)        !! [m]
+      real(dp), intent(in), optional :: most     !! [m]
       integer :: k
-      room = room_around(model, place, crack)
+      room = huge(room)
+      if (present(most)) room = most
       do k = 1, size(cracks%crack)
          if (k /= crack) room = min(room, distance_to_line(place, cracks%crack(k)%points))
       end do
+      room = room_around(model, place, room)
       if (model%is_half()) room = min(room, held_ahead(model, place))
    end function room_for
+
+   !> The largest radius of a domain integral around a tip, within which its crack is straight [m].
+   pure real(dp) function room_of_tip(model, cracks, tip) result(room)
+      type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks
+      type(crack_tip_t), intent(in) :: tip
+      associate (points => cracks%crack(tip%crack)%points)
+         room = room_for(model, cracks, tip%crack, tip%place, &
+                         room_on_line(points, tip%place, merge(2, size(points, 2), tip%end == first_point), tip%end == first_point))
+      end associate
+   end function room_of_tip
+
+   !> How far a place is from all cracks but one, as far as they are open [m].
+   pure real(dp) function away_from_cracks(cracks, but, x) result(away)
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: but                 !! its number
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer :: k
+      away = huge(away)
+      do k = 1, size(cracks%crack)
+         if (k /= but) away = min(away, distance_to_line(x, cracks%crack(k)%open_part()))
+      end do
+   end function away_from_cracks
 
    !> Why there is no room for a tip at a place.
    pure function why_no_room(model, place) result(why)
@@ -213,16 +241,15 @@ contains
 
    !> The last point of the crack of a tip is where that ends: plan how far beyond it cells are cut.
    subroutine plan_end(model, cracks, number)
-      type(model_t), intent(inout) :: model      !! its paths follow the cracks
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(inout) :: cracks
       integer, intent(in) :: number              !! of the tip
-      real(dp) :: beyond(2)
-      associate (tip => cracks%tips(number))
-         model%paths(tip%crack)%points = cracks%crack(tip%crack)%points
-         beyond = path_reaches(model, tip%crack)
-         call cracks%plan_end(number, beyond(tip%end))
-         call update_model_path(model, cracks, tip%crack)
-      end associate
+      real(dp) :: x(ndim)
+      integer :: crack
+      x = cracks%end_place(number)
+      crack = cracks%tips(number)%crack
+      call cracks%plan_end(number, reach_beyond(model, x, cracks%end_direction(number), away_from_cracks(cracks, crack, x)))
+      call see_around_tips(model, cracks, crack)
    end subroutine plan_end
 
    !> Let the domains of a tip that runs to where its crack ends shrink with the room that is left, down to a cell. With less room nothing is measured.
@@ -258,26 +285,23 @@ contains
       end do
    end subroutine find_loose_tips
 
-   !> A tip has come to where its crack ends. Let all tips that by the model are none any more end: those at a surface or on another crack, also
-   !> where that has come to them.
+   !> A tip has come to where its crack ends. Let all tips that are none any more end: those at a surface or on another crack, also where that has
+   !> come to them.
    subroutine end_tips(growing, model, cracks, message)
       type(growing_t), intent(inout) :: growing
-      type(model_t), intent(inout) :: model      !! its paths follow the cracks
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(inout) :: cracks
       character(:), allocatable, intent(inout) :: message
-      logical :: is_tip(2), runs
+      logical :: runs
       integer :: k
-      do k = 1, size(cracks%crack)
-         call update_model_path(model, cracks, k)
-      end do
+      call see_around_tips(model, cracks)
       do k = 1, size(cracks%tips)
          associate (tip => cracks%tips(k))
             runs = cracks%crack(tip%crack)%is_through(tip%end)
             if (.not. runs) then                 ! also where its way is planned to something that has come there
-               model%paths(tip%crack)%points = cracks%crack(tip%crack)%points
-               is_tip = path_tips(model, tip%crack)
-               call update_model_path(model, cracks, tip%crack)
-               if (is_tip(tip%end)) cycle
+               associate (x => cracks%end_place(k))
+                  if (is_tip_at(model, x, away_from_cracks(cracks, tip%crack, x))) cycle
+               end associate
                call plan_end(model, cracks, k)
                growing%tips(k)%has_no_room = .true.
             end if

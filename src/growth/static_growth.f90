@@ -9,13 +9,12 @@ module hampm_static_growth
    use hampm_fatigue, only: ways_of
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t, next_t, fitting, part_of_crack
-   use hampm_growth_room, only: update_model_path, see_surroundings, room_of_material, room_for, why_no_room, find_end, &
+   use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_of_tip, why_no_room, find_end, &
                                plan_end, end_tips
    use hampm_load_search, only: nothing
    use hampm_kinks, only: slope_of_mixity
    use hampm_load_work, only: load_state_t, find_load_state, find_frame, work_between
    use hampm_problem, only: problem_t
-   use hampm_path_placement, only: path_radius
    use hampm_model, only: model_t
    use hampm_symmetric_turns, only: symmetric_turns_t, begin_turns
    use hampm_tensors, only: norm, in_plane
@@ -42,7 +41,7 @@ contains
    !> more.
    subroutine advance_tips(growing, model, cracks, values, attempts, have_moved, message)
       type(growing_t), intent(inout) :: growing
-      type(model_t), intent(inout) :: model      !! its paths follow the cracks
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(inout) :: cracks
       type(crack_values_t), intent(in) :: values(:) !! of each tip
       integer, intent(in) :: attempts(:)         !! of each tip, 0 for the first
@@ -126,12 +125,12 @@ contains
             growing%tips(k)%kink = angle
             if (law%direction == 'local_symmetry') growing%tips(k)%slope = slope_of_mixity(angle, values(k)%intensity)
             call cracks%extend(k, length, angle)
-            call update_model_path(model, cracks, tip%crack)
+            call see_around_tips(model, cracks, tip%crack)
             most = room_of_tip(model, cracks, tip)
             if (most < least_radius(model)*(1 - 1e-9_dp)) then
                why = 'a step further '//why_no_room(model, tip%place)
                call cracks%put_back(k, before)
-               call update_model_path(model, cracks, tip%crack)
+               call see_around_tips(model, cracks, tip%crack)
                call find_end(model, cracks, tip%crack, tip%place, matmul(tip%axis, in_plane(cos(angle), sin(angle))), &
                              length + 2*least_radius(model), to, runs_through)
                way = matmul(to - tip%place, tip%axis)
@@ -153,14 +152,6 @@ contains
          end associate
       end subroutine try_to_advance
    end subroutine advance_tips
-
-   !> The largest radius of a domain integral around a tip [m].
-   pure real(dp) function room_of_tip(model, cracks, tip) result(room)
-      type(model_t), intent(in) :: model
-      type(cracks_t), intent(in) :: cracks
-      type(crack_tip_t), intent(in) :: tip
-      room = min(path_radius(model, tip%crack, tip%end), room_for(model, cracks, tip%crack, tip%place))
-   end function room_of_tip
 
    !> Let the radii of a tip be the usual ones, or such as there is room for, also before another material.
    pure subroutine fit_domains(model, usual, most, tip)
@@ -199,7 +190,7 @@ contains
    !> Turn the last increments of tips. `is_in_the_way` is the number of a tip that has no room there, 0 for none.
    subroutine turn_tips(growing, model, cracks, tip, turn, is_in_the_way)
       type(growing_t), intent(in) :: growing
-      type(model_t), intent(inout) :: model      !! its paths follow the cracks
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(inout) :: cracks
       integer, intent(in) :: tip(:)              !! their numbers
       real(dp), intent(in) :: turn(:)            !! to the left [rad]
@@ -210,7 +201,7 @@ contains
       do k = 1, size(tip)
          associate (of => cracks%tips(tip(k)))
             call cracks%turn(tip(k), turn(k))
-            call update_model_path(model, cracks, of%crack)
+            call see_around_tips(model, cracks, of%crack)
             most = room_of_tip(model, cracks, of)
             if (most < least_radius(model)*(1 - 1e-9_dp)) is_in_the_way = tip(k)
             call fit_domains(model, growing%tips(tip(k))%usual_radii, max(most, least_radius(model)), of)
@@ -231,7 +222,7 @@ contains
    !> K_II is small all the same, or go on without them.
    subroutine take_back(growing, model, cracks, before, turns, attempts, is_over, message)
       type(growing_t), intent(inout) :: growing
-      type(model_t), intent(inout) :: model
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(inout) :: cracks
       type(cracks_t), intent(in) :: before       !! the cracks before the load step
       type(symmetric_turns_t), intent(in) :: turns
@@ -266,9 +257,7 @@ contains
          growing%tips%has_ended = .false.
       end where
       cracks = before
-      do k = 1, size(cracks%crack)
-         call update_model_path(model, cracks, k)
-      end do
+      call see_around_tips(model, cracks)
    contains
       !> Whether the k-th tip has advanced by more than the least.
       pure logical function may_be_shorter(k)

@@ -1,11 +1,12 @@
-!> Where the crack of a model is in its bodies, and how far from a tip a domain integral may reach: for the checks of the input and
-!> for the assembly. In the run `cracks_t` knows where cracks are.
+!> What is around a place of a model at which a tip of a crack is or may come: bodies, materials, loads and constraints, and how far from it a domain
+!> integral may reach.
 module hampm_crack_placement
    use hampm_kinds, only: dp, ndim, long
    use hampm_body_group, only: outline_of
    use hampm_front, only: region_t, region_of
    use hampm_placement, only: tolerance, within, is_part_of, overlap
    use hampm_crack_groups, only: plane_spec_t
+   use hampm_crack_lines, only: segment_at
    use hampm_law, only: law_row_t
    use hampm_laws, only: law_row
    use hampm_model, only: model_t, load_spec_t, area_around, has_shapes
@@ -147,28 +148,12 @@ contains
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! its ends [m]
       integer :: part(2)
-      integer :: k, i
+      integer :: k
       do k = 1, size(model%paths)
-         do i = 2, size(model%paths(k)%points, 2)
-            part = [k, i]
-            if (is_between(lower) .and. is_between(upper)) return
-         end do
+         part = [k, segment_at(model%paths(k)%points, lower, upper, tolerance(model%grid))]
+         if (part(2) > 0) return
       end do
       part = 0
-
-   contains
-
-      !> Whether a point is on the straight part.
-      pure logical function is_between(x)
-         real(dp), intent(in) :: x(ndim)         !! [m]
-         real(dp) :: along(ndim), tol
-         tol = tolerance(model%grid)
-         associate (a => model%paths(part(1))%points(:, part(2) - 1), b => model%paths(part(1))%points(:, part(2)))
-            along = (b - a)/max(norm(b - a), tiny(tol))
-            is_between = abs(along(1)*(x(2) - a(2)) - along(2)*(x(1) - a(1))) <= tol .and. &
-                         dot_product(x - a, along) >= -tol .and. dot_product(b - x, along) >= -tol
-         end associate
-      end function is_between
    end function path_at
 
    !> Whether a body is within a radius of a tip, and of another material than that at the tip, or another eigenstrain.

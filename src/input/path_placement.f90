@@ -1,19 +1,19 @@
-!> Where cracks are in the bodies: which of their ends are tips, how far from a tip a domain integral may reach. For
-!> the checks of the input and for the assembly; in the run `cracks_t` knows where cracks are.
+!> Where the cracks of a model are in the bodies: which of their ends are tips, how far from a tip a domain integral may reach. For
+!> the checks of the input and for the assembly. In the run `cracks_t` knows where cracks are, and asks by places.
 module hampm_path_placement
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
-   use hampm_crack_lines, only: length_of
+   use hampm_crack_lines, only: length_of, room_on_line
    use hampm_crack_placement, only: is_covered, covered_radius, distance_to_loads, distance_to_constraints, distance_to_others, &
                                     domain_radii
    use hampm_placement, only: tolerance
-   use hampm_polygon, only: distance_to_line, distance_to_segment
+   use hampm_polygon, only: distance_to_line
    use hampm_model, only: model_t, path_spec_t
    implicit none
    private
-   public :: path_tips, path_reaches, path_mouth, path_outside, path_tip, path_direction, path_radius, path_radii, &
-             clear_radius, held_part, to_surface, room_around, distance_to_cracks, length_along, is_inside, first_end, last_end, &
-             place_along
+   public :: path_tips, path_reaches, is_tip_at, reach_beyond, path_mouth, path_outside, path_tip, path_direction, path_radius, &
+             path_radii, clear_radius, held_part, to_surface, room_around, distance_to_cracks, length_along, is_inside, first_end, &
+             last_end, place_along
 
    integer, parameter :: first_end = 1, last_end = 2
    real(dp), parameter :: inward = 1e-6_dp       !! cells that a place is in the material at which a line is found to enter it
@@ -106,17 +106,18 @@ contains
       is_tip = .false.
       if (size(model%paths(k)%points, 2) < 2) return ! its points have an error
       do end = first_end, last_end
-         is_tip(end) = is_in_material(model, k, path_tip(model%paths(k), end))
+         associate (x => path_tip(model%paths(k), end))
+            is_tip(end) = is_tip_at(model, x, distance_to_cracks(model, x, k))
+         end associate
       end do
    end function path_tips
 
-   !> Whether a place on the k-th path is inside the material, and not on another crack.
-   pure logical function is_in_material(model, k, x)
+   !> Whether a crack that ends at a place has a tip there: inside the material, and not on another crack.
+   pure logical function is_tip_at(model, x, away)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: k
-      real(dp), intent(in) :: x(ndim)            !! [m]
-      is_in_material = is_inside(model, x) .and. distance_to_cracks(model, x, k) > tolerance(model%grid)
-   end function is_in_material
+      real(dp), intent(in) :: x(ndim), away      !! the place, and how far from other cracks it is [m]
+      is_tip_at = is_inside(model, x) .and. away > tolerance(model%grid)
+   end function is_tip_at
 
    !> How far the ends of the k-th path that are no tips reach beyond their points, to cut all that is there [m]; where there is other material beyond a
    !> gap, half way to that.
@@ -124,28 +125,33 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: k
       real(dp) :: beyond(2)
-      integer, parameter :: looks = 16
-      real(dp) :: out(ndim), step
-      integer :: end, i
-      step = to_surface/looks*model%grid%cell
+      integer :: end
       do end = first_end, last_end
-         associate (points => model%paths(k)%points)
+         associate (points => model%paths(k)%points, out => path_direction(model%paths(k), end))
             associate (x => points(:, merge(1, size(points, 2), end == first_end)))
-               beyond(end) = merge(to_crack, to_surface, is_inside(model, x))*model%grid%cell
-               if (is_in_material(model, k, x)) beyond(end) = 0
-               if (is_inside(model, x)) cycle
-               out = path_direction(model%paths(k), end)
-               out = out/norm(out)
-               if (.not. is_inside(model, x - step*out)) cycle ! it ends outside anyway
-               do i = 1, looks
-                  if (.not. is_inside(model, x + i*step*out)) cycle
-                  beyond(end) = i*step/2
-                  exit
-               end do
+               beyond(end) = reach_beyond(model, x, out/norm(out), distance_to_cracks(model, x, k))
             end associate
          end associate
       end do
    end function path_reaches
+
+   !> The same of an end at a place.
+   pure real(dp) function reach_beyond(model, x, out, away) result(beyond)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: x(ndim), out(ndim), away !! the place, the unit vector out of the crack, how far from other cracks it is [m]
+      integer, parameter :: looks = 16
+      real(dp) :: step
+      integer :: i
+      step = to_surface/looks*model%grid%cell
+      beyond = merge(to_crack, to_surface, is_inside(model, x))*model%grid%cell
+      if (is_tip_at(model, x, away)) beyond = 0
+      if (is_inside(model, x) .or. .not. is_inside(model, x - step*out)) return ! it ends outside anyway
+      do i = 1, looks
+         if (.not. is_inside(model, x + i*step*out)) cycle
+         beyond = i*step/2
+         return
+      end do
+   end function reach_beyond
 
    !> Where the opening at the mouth of the k-th path is measured: where it enters the material or, with two tips, half way along it [m].
    pure function path_mouth(model, k) result(x)
@@ -228,7 +234,7 @@ contains
    pure real(dp) function path_radius(model, k, end) result(radius)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k, end
-      radius = min(clear_radius(model, k, end), room_around(model, path_tip(model%paths(k), end), k))
+      radius = room_around(model, path_tip(model%paths(k), end), room_of_cracks(model, k, end))
    end function path_radius
 
    !> The radii of the domain integral around a tip of the k-th path: those of the model, else some that fit, also before other materials [m].
@@ -244,25 +250,25 @@ contains
    pure real(dp) function clear_radius(model, k, end) result(radius)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k, end
-      integer :: i, n
-      associate (path => model%paths(k), tip => path_tip(model%paths(k), end))
-         n = straight_at(path, end)
-         radius = norm(tip - path%points(:, merge(2, n - 1, end == first_end)))
-         do i = 2, size(path%points, 2)
-            if (i == n) cycle
-            radius = min(radius, distance_to_segment(tip, path%points(:, i - 1), path%points(:, i)))
-         end do
-         radius = covered_radius(model, tip, min(radius, distance_to_cracks(model, tip, k)))
-      end associate
+      radius = covered_radius(model, path_tip(model%paths(k), end), room_of_cracks(model, k, end))
    end function clear_radius
 
-   !> The largest radius around a tip of the k-th path within which there are only material and this crack, and no load and no constraint
-   !> [m]; 0 where there is none.
-   pure real(dp) function room_around(model, tip, k) result(radius)
+   !> The same with all else but cracks.
+   pure real(dp) function room_of_cracks(model, k, end) result(radius)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: k, end
+      associate (path => model%paths(k), tip => path_tip(model%paths(k), end))
+         radius = min(room_on_line(path%points, tip, straight_at(path, end), end == first_end), distance_to_cracks(model, tip, k))
+      end associate
+   end function room_of_cracks
+
+   !> The largest radius around a tip, not above `most`, within which there is only material, and no load and no constraint [m]; 0 where there is
+   !> none.
+   pure real(dp) function room_around(model, tip, most) result(radius)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: tip(ndim)          !! its place [m]
-      integer, intent(in) :: k
-      radius = min(distance_to_cracks(model, tip, k), sum(model%grid%cells)*model%grid%cell) ! else there may be no bound
+      real(dp), intent(in) :: most               !! [m]
+      radius = min(most, sum(model%grid%cells)*model%grid%cell) ! else there may be no bound
       radius = covered_radius(model, tip, min(radius, distance_to_loads(model, tip), distance_to_constraints(model, tip)))
    end function room_around
 end module hampm_path_placement

@@ -4,7 +4,8 @@
 module hampm_probes
    use hampm_kinds, only: dp, ndim, plane
    use hampm_crack_lines, only: left_face, right_face, both_faces
-   use hampm_crack_placement, only: body_at, path_at
+   use hampm_crack_lines, only: segment_at
+   use hampm_crack_placement, only: body_at
    use hampm_cracks, only: cracks_t
    use hampm_history, only: history_t
    use hampm_load_lines, only: find_load_line
@@ -33,7 +34,7 @@ contains
       integer :: k
       do k = 1, size(model%probes)
          associate (probe => model%probes(k))
-            if (size(probe%at, 2) > 0) call record_place(model, problem, cracks, joined, probe, history)
+            if (size(probe%at, 2) > 0) call record_place(problem, cracks, joined, probe, history)
             if (probe%gives('opening') .or. probe%gives('volume')) &
                call record_crack(model, problem, cracks, joined, probe, history)
             if (probe%gives('load_line')) call record_load(model, problem, probe, reactions, history)
@@ -42,8 +43,7 @@ contains
    end subroutine record_probes
 
    !> Record the quantities asked for at a point, or their mean along a line.
-   subroutine record_place(model, problem, cracks, joined, probe, history)
-      type(model_t), intent(in) :: model
+   subroutine record_place(problem, cracks, joined, probe, history)
       type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: joined(:)           !! by body, which of them are one
@@ -61,7 +61,7 @@ contains
       n = 1
       toward = 0
       if (size(probe%at, 2) == 1) then
-         toward = toward_face(model, probe)
+         toward = toward_face(cracks, probe, problem%grid%forest%tolerance())
       else
          associate (way => norm(probe%at(:, 2) - probe%at(:, 1)))
             n = min(most_points, max(2, ceiling(points_in_cell*way/problem%grid%finest_cell)))
@@ -95,19 +95,23 @@ contains
    end subroutine record_place
 
    !> Unit vector to the material of the face that a point on a crack is on; 0 for other points.
-   pure function toward_face(model, probe) result(toward)
-      type(model_t), intent(in) :: model
+   pure function toward_face(cracks, probe, tolerance) result(toward)
+      type(cracks_t), intent(in) :: cracks
       type(probe_t), intent(in) :: probe
+      real(dp), intent(in) :: tolerance          !! distance below which places are the same [m]
       real(dp) :: toward(ndim)
-      integer :: at(2)
+      real(dp), allocatable :: points(:, :)
+      integer :: c, k
       toward = 0
       if (probe%face == 'none') return
-      at = path_at(model, probe%at(:, 1), probe%at(:, 1))
-      if (any(at == 0)) return                   ! its crack is not there yet
-      associate (points => model%paths(at(1))%points)
-         toward = left_of(points(:, at(2) - 1), points(:, at(2)))
-      end associate
-      if (probe%face == 'right') toward = -toward
+      do c = 1, size(cracks%crack)
+         points = cracks%crack(c)%points
+         if (cracks%crack(c)%grows) points = cracks%crack(c)%open_part()
+         k = segment_at(points, probe%at(:, 1), probe%at(:, 1), tolerance)
+         if (k == 0) cycle                       ! it may not be there yet
+         toward = left_of(points(:, k - 1), points(:, k))*merge(-1, 1, probe%face == 'right')
+         return
+      end do
    end function toward_face
 
    !> Unit vector to the left of a segment.

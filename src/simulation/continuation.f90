@@ -7,7 +7,7 @@ module hampm_continuation
    use hampm_failure, only: failure_t, exit_stopped
    use hampm_growing, only: new_growing, archive_growing
    use hampm_outer_forces, only: scale_loads
-   use hampm_growth_room, only: update_model_path, see_surroundings
+   use hampm_growth_room, only: see_around_tips
    use hampm_measurements, only: new_measurements, renew_fronts, archive_measurements
    use hampm_refinement, only: archive_refinement
    use hampm_model, only: model_t
@@ -77,7 +77,8 @@ contains
          call new_growing(model, s%cracks, s%measurements%fronts, s%growing)
          call archive_cracks(s%cracks, checkpoint)
          call archive_growing(s%growing, checkpoint)
-         call update_model_paths(s)
+         call see_around_tips(model, s%cracks)
+         if (s%growing%are_there() .and. s%growing%is_static) call scale_loads(s%problem, s%growing%load_factor)
          call keep_problem(checkpoint, s%cracks, s%problem)
          if (allocated(s%problem%grid%planes)) call fronts_of(s%problem%grid%planes, s%cracks%fronts)
       end if
@@ -89,22 +90,6 @@ contains
       end if
       call checkpoint%finish(failure)
    end subroutine rebuild
-
-   !> After a checkpoint was read: update crack paths of the model, surroundings of tips and the scale of loads.
-   subroutine update_model_paths(s)
-      type(simulation_t), intent(inout) :: s
-      integer :: k
-      if (.not. s%growing%are_there()) then
-         do k = 1, size(s%cracks%tips)
-            call see_surroundings(s%model, s%cracks%tips(k))
-         end do
-         return
-      end if
-      do k = 1, size(s%cracks%crack)
-         call update_model_path(s%model, s%cracks, k)
-      end do
-      if (s%growing%is_static) call scale_loads(s%problem, s%growing%load_factor)
-   end subroutine update_model_paths
 
    !> Archive all data beside the motion.
    subroutine archive_rest(checkpoint, s)

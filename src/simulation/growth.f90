@@ -15,7 +15,7 @@ module hampm_growth
    use hampm_fatigue, only: count_cycles, has_fractured, has_loads, largest_loads
    use hampm_static_front_growth, only: ratios_of_points, advance_points, at_points, even_out_points, book_points, take_points
    use hampm_growing, only: growing_t, next_t
-   use hampm_growth_room, only: update_model_path
+   use hampm_growth_room, only: see_around_tips
    use hampm_load_search, only: load_search_t, nothing
    use hampm_static_growth, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, ratios_of, &
                                   has_held_drive, has_scaled_drive, book_work, look_at_frame
@@ -839,11 +839,8 @@ contains
       type(cracks_t), intent(in) :: before
       real(dp), intent(in) :: factor             !! load factor [-]
       type(failure_t), intent(inout) :: failure
-      integer :: k
       s%cracks = before
-      do k = 1, size(s%cracks%crack)
-         call update_model_path(s%model, s%cracks, k)
-      end do
+      call see_around_tips(s%model, s%cracks)
       call cut_anew(s, failure)
       call rescale(s, factor, failure)
    end subroutine put_back

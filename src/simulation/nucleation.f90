@@ -6,12 +6,12 @@ module hampm_nucleation
    use hampm_crack_placement, only: body_at, least_radius
    use hampm_failure, only: failure_t, exit_computation
    use hampm_growing, only: fitting
-   use hampm_growth_room, only: update_model_path, see_surroundings, room_of_material
+   use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_of_tip
    use hampm_joints, only: groups_of_bodies
    use hampm_load_work, only: load_state_t, find_load_state
    use hampm_mesh_changes, only: cut_anew
    use hampm_onset, only: load_for_stress, parabola_through, load_for_energy, find_least, never
-   use hampm_path_placement, only: path_radius, place_along
+   use hampm_path_placement, only: place_along
    use hampm_point_values, only: view_t, surroundings_t, new_view, look_around
    use hampm_probes, only: add_means
    use hampm_problem, only: stored_energy
@@ -180,7 +180,7 @@ contains
          end do
          if (of%tried == 0 .or. failure%failed()) return
          call s%cracks%hide(nucleation%path)
-         call update_model_path(s%model, s%cracks, nucleation%path)
+         call see_around_tips(s%model, s%cracks, nucleation%path)
       end associate
       call cut_anew(s, failure)
    end subroutine try_lengths
@@ -213,7 +213,7 @@ contains
       integer, intent(in) :: path
       real(dp), intent(in) :: length             !! [m]
       call s%cracks%show(path, length)
-      call update_model_path(s%model, s%cracks, path)
+      call see_around_tips(s%model, s%cracks, path)
    end subroutine open_crack
 
    !> Let the crack be there whose turn it is, before cells are cut.
@@ -229,7 +229,7 @@ contains
             s%growing%tips(k)%has_ended = .false.
             s%growing%tips(k)%has_stopped = .false.
             if (.not. any(s%model%energy_release%chosen%needs_radii)) cycle
-            associate (room => path_radius(s%model, path, tip%end))
+            associate (room => room_of_tip(s%model, s%cracks, tip))
                tip%has_no_domain = room < least_radius(s%model)*(1 - 1e-9_dp)
                tip%radii = fitting(tip%radii, least_radius(s%model), min(max(room, least_radius(s%model)), &
                                                                          room_of_material(s%model, tip)))

@@ -86,6 +86,14 @@ def test_the_way_from_the_namelist_to_g_is_short_and_a_step_is_flat(program):
     assert found["in plain loops"][0] <= MOST_FILES and len(found) == 3, found
 
 
+def test_a_model_is_as_it_was_read_wherever_it_goes():
+    changed = re.compile(r"type\(model_t\), intent\((?:in)?out\)|^ *(?:s%)?model%[\w%()]+ *=[^=]", re.MULTILINE)
+    outside = [path for path in SOURCES.rglob("*.f90") if path.parent.name != "input" and path.name not in ("program.f90", "expected_error.f90")]
+    assert len(outside) > 150
+    assert [path.name for path in outside if changed.search(path.read_text())] == []
+    assert changed.search("      s%model%paths(k)%points = x") and changed.search("type(model_t), intent(inout) :: model")
+
+
 def test_procedures_have_few_arguments(program):
     assert wrong(program, EXCEPTIONS) == ([], [], [])
     assert all(reason for _, reason in EXCEPTIONS)
