@@ -8,8 +8,9 @@ module hampm_cracks
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_archive, only: archive_t
    use hampm_crack_tip, only: archive_surroundings, crack_tip_t, frame_along, upper, lower
-   use hampm_crack_lines, only: left_face, right_face, line_t, length_of, both_faces
-   use hampm_front, only: front_t
+   use hampm_crack_lines, only: left_face, right_face, line_t, length_of, both_faces, first_point, last_point
+   use hampm_front, only: front_t, region_t
+   use hampm_moving_front, only: fronts_of
    use hampm_failure, only: failure_t, exit_input
    use hampm_grid, only: grid_t
    use hampm_plane_cuts, only: plane_cut_t
@@ -17,9 +18,8 @@ module hampm_cracks
    use hampm_text, only: to_text
    implicit none
    private
-   public :: crack_t, cracks_t, first_point, last_point, archive_cracks, open_planes
+   public :: crack_t, cracks_t, first_point, last_point, archive_cracks, open_planes, take_planes
 
-   integer, parameter :: first_point = 1, last_point = 2 !! the ends
 
    real(dp), parameter :: straight = 1e-14_dp    !! 1 less the cosine of an angle that is no kink
 
@@ -43,7 +43,8 @@ module hampm_cracks
    type :: cracks_t
       type(crack_t), allocatable :: crack(:)
       type(crack_tip_t), allocatable :: tips(:)
-      type(front_t), allocatable :: fronts(:)    !! of cracks in planes, of solids
+      type(region_t), allocatable :: regions(:)  !! where planes of solids are cracked
+      type(front_t), allocatable :: fronts(:)    !! of these
       real(dp) :: spacing = 0                    !! largest distance between points of a line that the material carries; 0 where lines
                                                  !! stay, as the grid is that of the reference configuration [m]
    contains
@@ -52,8 +53,7 @@ module hampm_cracks
       procedure :: lines
       procedure :: carries
       procedure :: extend
-      procedure :: put_back
-      procedure, private :: place
+      procedure :: place
       procedure :: hide
       procedure :: show
       procedure :: move_tip
@@ -91,8 +91,6 @@ contains
             self%tips(n)%end = end
             self%tips(n)%has_zone = end == last_point .and. self%crack(c)%cohesion > 0 .and. self%crack(c)%bonded(end) > 0
             self%tips(n)%may_close = self%crack(c)%contact
-            self%tips(n)%has_ended = self%crack(c)%waits .or. self%crack(c)%is_through(end) .and. .not. &
-                                     self%crack(c)%bonded(end) > 0
          end do
       end do
    end subroutine list_tips
@@ -124,6 +122,7 @@ contains
       tip%now = tip%place
       tip%direction = outward/norm(outward)
       tip%axis = frame_along(tip%direction)
+      tip%has_ended = crack%waits .or. crack%is_through(end) .and. .not. crack%bonded(end) > 0
       allocate (tip%radii(0))
    end subroutine place_tip
 
@@ -143,17 +142,9 @@ contains
          else
             points(:, size(points, 2)) = to
          end if
-         call self%put_back(number, toward(points, tip%end))
+         call self%place(tip%crack, toward(points, tip%end))
       end associate
    end subroutine extend
-
-   !> Give the crack of a tip other points, and its tips their places: a straight part may end at both.
-   pure subroutine put_back(self, number, points)
-      class(cracks_t), intent(inout) :: self
-      integer, intent(in) :: number              !! of the tip
-      real(dp), intent(in) :: points(:, :)       !! [m]
-      call self%place(self%tips(number)%crack, points)
-   end subroutine put_back
 
    !> Let a crack wait: it is not there but for what lies before the material, as in a notch, whose faces have no nodes in common then.
    pure subroutine hide(self, crack)
@@ -195,7 +186,7 @@ contains
       end associate
    end subroutine show
 
-   !> Give a crack other points, and its tips their places.
+   !> Give a crack other points, and its tips their places: a straight part may end at both.
    pure subroutine place(self, crack, points)
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: crack               !! its number
@@ -209,8 +200,7 @@ contains
             call place_tip(self%crack(crack), tip%end, new)
             tip%place = new%place
             tip%axis = new%axis
-            tip%has_ended = self%crack(crack)%waits .or. self%crack(crack)%is_through(tip%end) .and. .not. &
-                            self%crack(crack)%bonded(tip%end) > 0
+            tip%has_ended = new%has_ended
             if (self%carries(crack)) cycle       ! the grid tells where it is
             tip%now = new%now
             tip%direction = new%direction
@@ -227,7 +217,7 @@ contains
       associate (tip => self%tips(number))
          self%crack(tip%crack)%bonded(tip%end) = max(0.0_dp, self%crack(tip%crack)%bonded(tip%end) - way)
          tip%grown = tip%grown + way
-         call self%put_back(number, self%crack(tip%crack)%points)
+         call self%place(tip%crack, self%crack(tip%crack)%points)
          if (.not. self%carries(tip%crack)) return
          call find_in_grid(tip, lines(tip%crack))
       end associate
@@ -268,7 +258,7 @@ contains
          else
             points = reshape([points, to], [ndim, last + 1])
          end if
-         call self%put_back(number, toward(points, tip%end))
+         call self%place(tip%crack, toward(points, tip%end))
       end associate
    end subroutine plan_way
 
@@ -289,7 +279,7 @@ contains
             crack%is_through(tip%end) = .false.
          end associate
       end associate
-      call self%put_back(number, points)
+      call self%place(self%tips(number)%crack, points)
    end subroutine forget_way
 
    !> The last point of the crack of a tip is at a surface or on another crack, and cells are cut so far beyond it. Where the tip has come to that it is
@@ -301,7 +291,7 @@ contains
       associate (tip => self%tips(number))
          self%crack(tip%crack)%is_through(tip%end) = .true.
          self%crack(tip%crack)%beyond(tip%end) = beyond
-         call self%put_back(number, self%crack(tip%crack)%points)
+         call self%place(tip%crack, self%crack(tip%crack)%points)
       end associate
    end subroutine plan_end
 
@@ -338,7 +328,7 @@ contains
          allocate (points, source=toward(self%crack(tip%crack)%points, tip%end))
          n = size(points, 2)
          points(:, n) = points(:, n - 1) + norm(points(:, n) - points(:, n - 1))*matmul(tip%axis, in_plane(cos(angle), sin(angle)))
-         call self%put_back(number, toward(points, tip%end))
+         call self%place(tip%crack, toward(points, tip%end))
       end associate
    end subroutine turn
 
@@ -490,16 +480,28 @@ contains
       end do
    end subroutine archive_fronts
 
-   !> Let the planes of a grid be cracked as the fronts have it.
+   !> Let the planes of a grid be cracked as the cracks have it.
    pure subroutine open_planes(cracks, planes)
       type(cracks_t), intent(in) :: cracks
       type(plane_cut_t), allocatable, intent(inout) :: planes(:)
       integer :: k
       if (.not. allocated(planes)) return
-      do k = 1, size(cracks%fronts)
-         planes(cracks%fronts(k)%crack)%region_t = cracks%fronts(k)%region_t
+      do k = 1, size(planes)
+         planes(k)%region_t = cracks%regions(k)
       end do
    end subroutine open_planes
+
+   !> Let the cracks be where the planes of a grid are cracked.
+   pure subroutine take_planes(cracks, planes)
+      type(cracks_t), intent(inout) :: cracks
+      type(plane_cut_t), intent(in) :: planes(:)
+      integer :: k
+      if (.not. allocated(cracks%regions)) allocate (cracks%regions(size(planes)))
+      do k = 1, size(planes)
+         cracks%regions(k) = planes(k)%region_t
+      end do
+      call fronts_of(cracks%regions, cracks%fronts)
+   end subroutine take_planes
 
    !> Keep where a crack is.
    subroutine archive_crack(crack, archive)

@@ -16,7 +16,7 @@ module hampm_front_closure
    use hampm_basis, only: inside_cell
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_front, only: front_t
-   use hampm_front_integral, only: front_domain_t, front_place_t, front_modes, along, cell_at, hat_lengths, locate
+   use hampm_front_integral, only: front_domain_t, front_place_t, front_modes, along, cell_at, locate
    use hampm_interface_points, only: bonded, force_of
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
    use hampm_plane_points, only: elements_beside
@@ -48,7 +48,7 @@ contains
       type(problem_t), intent(in) :: problem
       real(dp), allocatable, intent(out) :: rate(:, :, :)
       type(sides_t) :: sides
-      real(dp), allocatable :: u(:, :), length(:)  ! displacement of points as far as it is known
+      real(dp), allocatable :: u(:, :)           ! displacement of points as far as it is known
       logical, allocatable :: is_known(:)
       real(dp) :: cell, across(ndim), pressure
       integer :: i, k, side                      ! on which there is material, of a plane of symmetry
@@ -84,9 +84,8 @@ contains
                if (point%law == bonded .and. is_in_plane(front, problem, point%middle)) call close_at(point%middle, force_of(point))
             end associate
          end do
-         allocate (length, source=hat_lengths(front))
          do i = 1, front%n()
-            rate(:, i, :) = rate(:, i, :)/length(i)
+            rate(:, i, :) = rate(:, i, :)/front%weight(i)
          end do
       end associate
 

@@ -23,11 +23,12 @@ module hampm_front_integral
    use hampm_interface_points, only: bonded, energy_of, face_force, find_face_force, is_pressed
    use hampm_material, only: material_t
    use hampm_nodal_state, only: nodal_state_t
+   use hampm_outline, only: wall_t
    use hampm_problem, only: problem_t
    use hampm_tensors, only: norm, cofactors, identity, in_space, space, trace, unit_tensor, volume_change
    implicit none
    private
-   public :: front_domain_t, front_place_t, front_integrals, front_modes, along, cell_at, hat_lengths, locate
+   public :: front_domain_t, front_place_t, front_integrals, front_modes, along, cell_at, locate
 
    integer, parameter :: front_modes = 3         !! opening, sliding across the front and along it
    real(dp), parameter :: pi = acos(-1.0_dp)
@@ -37,6 +38,7 @@ module hampm_front_integral
    !> A front, and the domains around it.
    type :: front_domain_t
       type(front_t) :: front
+      type(wall_t), allocatable :: walls(:)      !! at which it may end
       real(dp), allocatable :: radius(:)         !! of the domains, in planes normal to the front, ascending [m]
       integer :: material = 0                    !! number of the material at it
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! of all material [m]
@@ -64,7 +66,6 @@ contains
       type(nodal_state_t), intent(in) :: state   !! of its particles
       real(dp), allocatable, intent(out) :: g(:, :), k(:, :, :)
       real(dp), allocatable :: of_node(:, :, :)  ! material forces, and those of the interaction, (ndim, 0:modes, n_points)
-      real(dp), allocatable :: length(:)
       real(dp) :: force(ndim), slope(ndim)
       real(dp) :: at(0:front_modes), of_unit, a(ndim, ndim), s(ndim, ndim), of_s(ndim), of_a(ndim)
       integer :: i, mode, r
@@ -103,18 +104,17 @@ contains
                call add_to_hats(at)
             end associate
          end do
-         allocate (length, source=hat_lengths(front))
          if (front%is_symmetry) then
             g = 2*g
             k(1, :, :) = 2*k(1, :, :)
             k(2:, :, :) = 0
          end if
          do r = 1, size(domain%radius)
-            g(:, r) = g(:, r)/length
+            g(:, r) = g(:, r)/front%weight
             do mode = 1, front_modes
                of_unit = material%mu/(1 - material%poisson)
                if (mode == front_modes) of_unit = material%mu
-               k(mode, :, r) = of_unit*k(mode, :, r)/length
+               k(mode, :, r) = of_unit*k(mode, :, r)/front%weight
             end do
          end do
       end associate
@@ -160,25 +160,6 @@ contains
          end do
       end do
    end function cell_at
-
-   !> The length of front that belongs to each node: the integral of its hat [m].
-   pure function hat_lengths(front) result(length)
-      type(front_t), intent(in) :: front
-      real(dp) :: length(front%n()), way
-      integer :: i
-      length = 0
-      do i = 1, front%n() - merge(0, 1, front%is_closed)
-         if (i < front%n()) then
-            way = front%arc(i + 1) - front%arc(i)
-         else
-            way = front%length - front%arc(i)
-         end if
-         length(i) = length(i) + way/2
-         associate (next => modulo(i, front%n()) + 1)
-            length(next) = length(next) + way/2
-         end associate
-      end do
-   end function hat_lengths
 
    !> Sum what the particles bring to the nodes.
    pure subroutine sum_particles(domain, problem, state, of_node)
@@ -286,27 +267,25 @@ contains
       real(dp), parameter :: least = 0.25_dp     ! of sides that a front leaves along itself
       e = place%outward
       where (min(abs(x - domain%lower), abs(x - domain%upper)) < on_side*domain%radius(1)) e = 0
-      if (allocated(domain%front%bodies)) call take_off_walls(domain%front, x, domain%cell, e)
+      call take_off_walls(domain, x, e)
       e = e/max(dot_product(e, place%outward), least)
    end function extension
 
    !> Take off a way what of it goes through the wall of a hole, or a round side, that is nearer than a cell; in the plane of the crack it stays there.
-   pure subroutine take_off_walls(front, x, cell, e)
-      type(front_t), intent(in) :: front
-      real(dp), intent(in) :: x(ndim), cell      !! [m]
+   pure subroutine take_off_walls(domain, x, e)
+      type(front_domain_t), intent(in) :: domain
+      real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(inout) :: e(ndim)
       real(dp) :: normal(ndim)
-      integer :: b, r
-      do b = 1, size(front%bodies)
-         do r = 1, size(front%bodies(b)%rings)
-            associate (ring => front%bodies(b)%rings(r))
-               if (r == 1 .and. .not. ring%is_circle) cycle
-               if (ring%distance(x) > cell) cycle
-               normal = ring%normal_at(x)
-               if (abs(x(front%axis) - front%plane) < singular*cell) normal(front%axis) = 0
-               e = e - dot_product(e, normal)*normal/max(sum(normal**2), tiny(cell))
-            end associate
-         end do
+      integer :: w
+      do w = 1, size(domain%walls)
+         associate (wall => domain%walls(w), front => domain%front, cell => domain%cell)
+            if (.not. (wall%is_hole .or. wall%is_circle)) cycle
+            if (wall%distance(x) > cell) cycle
+            normal = wall%normal_at(x)
+            if (abs(x(front%axis) - front%plane) < singular*cell) normal(front%axis) = 0
+            e = e - dot_product(e, normal)*normal/max(sum(normal**2), tiny(cell))
+         end associate
       end do
    end subroutine take_off_walls
 

@@ -11,7 +11,7 @@ module hampm_front_values
    use hampm_archive, only: archive_t
    use hampm_front, only: front_t, room_of
    use hampm_front_closure, only: closure_rates
-   use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, hat_lengths, cell_at
+   use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, cell_at
    use hampm_history, only: history_t
    use hampm_loads, only: factors_at
    use hampm_material, only: are_of_one
@@ -33,7 +33,16 @@ module hampm_front_values
    real(dp), parameter :: cells_of_hats = 3      !! to each side, of fronts that do not run with the lattice
 
    !> What was measured last, by hat, with its errors.
-   type :: front_values_t
+   type :: measured_t
+      real(dp), allocatable :: g(:), g_error(:)  !! [J/m2]
+      real(dp), allocatable :: k(:, :), k_error(:, :) !! [Pa sqrt(m)], (modes, nodes)
+      real(dp), allocatable :: closure(:, :), closure_error(:, :) !! G of each mode by closure [J/m2], (modes, nodes)
+      real(dp) :: closure_mean_error(front_modes) = 0 !! of the means of these [J/m2]
+      real(dp) :: mean_error = 0                 !! of the mean of G [J/m2]
+   end type measured_t
+
+   !> That, and where it was measured.
+   type, extends(measured_t) :: front_values_t
       type(front_domain_t) :: domain
       logical :: by_domain = .true., by_closure = .false. !! by which estimators, the first of which is that of G
       real(dp) :: room = 0                       !! around the front [m]
@@ -43,12 +52,7 @@ module hampm_front_values
       real(dp), allocatable :: arc(:), at(:, :)  !! of the middles of the hats: way along the front, and place [m]
       real(dp), allocatable :: outward(:, :)     !! there, unit vectors out of the crack, (ndim, hats)
       real(dp), allocatable :: mean_of(:, :)     !! part of each node of the front in each hat, (hats, nodes)
-      real(dp), allocatable :: g(:), g_error(:)  !! [J/m2]
-      real(dp), allocatable :: k(:, :), k_error(:, :) !! [Pa sqrt(m)], (modes, nodes)
       real(dp), allocatable :: of_g(:, :)        !! K of opening and of sliding, which have their parts of G [Pa sqrt(m)], (2, hats)
-      real(dp), allocatable :: closure(:, :), closure_error(:, :) !! G of each mode by closure [J/m2], (modes, nodes)
-      real(dp) :: closure_mean_error(front_modes) = 0 !! of the means of these [J/m2]
-      real(dp) :: mean_error = 0                 !! of the mean of G [J/m2]
    end type front_values_t
 
 contains
@@ -73,8 +77,8 @@ contains
          values(k)%has_ended = .true.
          if (k <= size(fronts)) values(k)%has_ended = fronts(k)%n() == 0
          if (values(k)%has_ended) then
-            if (k <= size(fronts)) values(k)%domain%front%region_t = fronts(k)%region_t
-            call clear(values(k))
+            if (k <= size(fronts)) values(k)%domain%front%grid_plane_t = fronts(k)%grid_plane_t
+            values(k)%measured_t = nothing_measured(size(values(k)%arc))
             cycle
          end if
          hats = 0
@@ -83,36 +87,17 @@ contains
          if (size(radii) > 0) values(k)%domain%radius = radii
          values(k)%by_domain = any(names == 'domain_integral')
          values(k)%by_closure = any(names == 'vcct')
-         if (is_old) call take_measured(old(k), values(k))
+         if (is_old) values(k)%measured_t = old(k)%measured_t
       end do
    end subroutine renew_front_values
 
-   !> Take what was measured along a front before it moved.
-   pure subroutine take_measured(old, values)
-      type(front_values_t), intent(in) :: old
-      type(front_values_t), intent(inout) :: values
-      values%g = old%g
-      values%g_error = old%g_error
-      values%k = old%k
-      values%k_error = old%k_error
-      values%closure = old%closure
-      values%closure_error = old%closure_error
-      values%closure_mean_error = old%closure_mean_error
-      values%mean_error = old%mean_error
-   end subroutine take_measured
-
-   !> Forget what was measured.
-   pure subroutine clear(values)
-      type(front_values_t), intent(inout) :: values
-      values%g = 0
-      values%g_error = 0
-      values%k = 0
-      values%k_error = 0
-      values%closure = 0
-      values%closure_error = 0
-      values%closure_mean_error = 0
-      values%mean_error = 0
-   end subroutine clear
+   !> Zeros at so many hats.
+   pure type(measured_t) function nothing_measured(hats) result(measured)
+      integer, intent(in) :: hats
+      allocate (measured%g(hats), measured%g_error(hats), source=0.0_dp)
+      allocate (measured%k(front_modes, hats), source=0.0_dp)
+      allocate (measured%k_error, measured%closure, measured%closure_error, source=measured%k)
+   end function nothing_measured
 
    !> Keep what was measured along fronts that move.
    subroutine archive_front_values(values, archive)
@@ -135,11 +120,9 @@ contains
          call archive%serialise('hats', hats)
          call archive%serialise('is_closed', values(k)%domain%front%is_closed)
          if (archive%is_read) then
-            if (k <= size(at_start)) deallocate (values(k)%arc, values(k)%at, values(k)%g, values(k)%g_error, values(k)%k, &
-                                                 values(k)%k_error, values(k)%closure, values(k)%closure_error)
-            allocate (values(k)%arc(hats), values(k)%at(ndim, hats), values(k)%g(hats), values(k)%g_error(hats))
-            allocate (values(k)%k(front_modes, hats), values(k)%k_error(front_modes, hats))
-            allocate (values(k)%closure(front_modes, hats), values(k)%closure_error(front_modes, hats))
+            if (k <= size(at_start)) deallocate (values(k)%arc, values(k)%at)
+            allocate (values(k)%arc(hats), values(k)%at(ndim, hats))
+            values(k)%measured_t = nothing_measured(hats)
          end if
          call archive%serialise('has_ended', values(k)%has_ended)
          call archive%serialise('mean_error', values(k)%mean_error)
@@ -163,14 +146,11 @@ contains
       logical, intent(in) :: grows
       integer, intent(in) :: hats                !! how many places there are to be; 0: so many as suit it
       type(front_values_t), intent(out) :: values
-      real(dp), parameter :: on_wall = 1e-6_dp   ! cells
       real(dp) :: room
-      integer :: i, k, node
+      integer :: i, node
       associate (front => fronts(number), domain => values%domain, p => problem%particles)
          call place_hats(front, grows, hats, values)
-         allocate (values%g(size(values%arc)), values%g_error(size(values%arc)), source=0.0_dp)
-         allocate (values%k(front_modes, size(values%arc)), values%k_error(front_modes, size(values%arc)), source=0.0_dp)
-         allocate (values%closure, values%closure_error, source=values%k)
+         values%measured_t = nothing_measured(size(values%arc))
          allocate (values%of_g(2, size(values%arc)), source=0.0_dp)
          domain%front = front
          domain%lower = minval(p%reference(:p%n, :), dim=1)
@@ -192,16 +172,13 @@ contains
             room = min(room, sqrt(minval(sum((front%at - spread(p%reference(i, :), 2, front%n()))**2, dim=1))) &
                              - p%volume(i)**(1.0_dp/ndim))
          end do
-         if (allocated(front%bodies)) then       ! nor holes, but those at whose wall the front ends
-            do i = 1, size(front%bodies)
-               do k = 2, size(front%bodies(i)%rings)
-                  associate (away => [(front%bodies(i)%rings(k)%distance(front%at(:, node)), node=1, front%n())])
-                     if (front%is_closed .or. min(away(1), away(front%n())) > on_wall*problem%grid%finest_cell) &
-                        room = min(room, minval(away))
-                  end associate
-               end do
-            end do
-         end if
+         domain%walls = problem%grid%planes(front%crack)%walls
+         do i = 1, size(domain%walls)            ! nor holes, but those at whose wall the front ends
+            associate (wall => domain%walls(i))
+               if (wall%is_hole .and. .not. front%ends_at(wall)) &
+                  room = min(room, minval([(wall%distance(front%at(:, node)), node=1, front%n())]))
+            end associate
+         end do
          domain%cell = problem%grid%finest_cell
          domain%radius = default_radii*min(cell_at(front, problem), of_room*max(room, 0.0_dp)/maxval(default_radii))
          if (grows) domain%radius = max(domain%radius, least_part*default_radii*cell_at(front, problem))
@@ -243,7 +220,7 @@ contains
       logical, intent(in) :: grows               !! whether it may come to run across the lattice
       integer, intent(in) :: hats                !! how many there are; 0: so many as suit it
       type(front_values_t), intent(inout) :: values
-      real(dp) :: step, along, length(front%n())
+      real(dp) :: step, along
       integer :: parts, n, i, j, from, next
       parts = front%n() - merge(0, 1, front%is_closed)
       n = parts
@@ -254,7 +231,6 @@ contains
       allocate (values%arc(n + merge(0, 1, front%is_closed)))
       allocate (values%at(ndim, size(values%arc)), values%outward(ndim, size(values%arc)))
       allocate (values%mean_of(size(values%arc), front%n()))
-      length = hat_lengths(front)
       do j = 1, size(values%arc)
          values%arc(j) = (j - 1)*step
          along = real((j - 1)*parts, dp)/n
@@ -266,7 +242,7 @@ contains
          do i = 1, front%n()
             along = abs(front%arc(i) - values%arc(j))
             if (front%is_closed) along = min(along, front%length - along)
-            values%mean_of(j, i) = max(1 - along/max(step, front%length/parts), 0.0_dp)*length(i)
+            values%mean_of(j, i) = max(1 - along/max(step, front%length/parts), 0.0_dp)*front%weight(i)
          end do
          values%mean_of(j, :) = values%mean_of(j, :)/sum(values%mean_of(j, :))
       end do
@@ -376,7 +352,7 @@ contains
                                    mask=problem%loads%line == values%domain%front%crack)/(2*ndim) ! loads in all directions
       call front_integrals(values%domain, problem, state, g, k)
       associate (front => values%domain%front, material => problem%materials(values%domain%material), radii => size(g, 2))
-         values%mean_error = spread_of(matmul(hat_lengths(front), g)/front%length)
+         values%mean_error = spread_of(matmul(front%weight, g)/front%length)
          beside = g
          if (.not. front%is_closed) then         ! modes at ends are as beside them, and on free sides share G so
             beside([1, front%n()], :) = g([2, front%n() - 1], :)

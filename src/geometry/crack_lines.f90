@@ -5,8 +5,10 @@ module hampm_crack_lines
    use hampm_tensors, only: norm
    implicit none
    private
-   public :: line_t, length_of, find_nearest_segment, segment_at, room_on_line, both_faces, left_face, right_face
+   public :: line_t, length_of, find_nearest_segment, segment_at, room_on_line, both_faces, left_face, right_face, &
+             first_point, last_point
 
+   integer, parameter :: first_point = 1, last_point = 2 !! the ends of a line
    integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! which faces of a line have material
 
    !> A polyline that cuts.

@@ -4,19 +4,19 @@
 !> cells, with the area of the curve. A front is a part of its edge that is inside the material: from side to side, also those of holes and
 !> cavities, or closed.
 !>
-!>    find_fronts(region, lower, upper, spacing, fronts)   the fronts inside material, with nodes that far apart
-!>    front%distance(x)                                    from the edge of the region in the plane, below 0 where it is cracked
-!>    front%uncracked(low, high, area, middle)             of a rectangle
+!>    find_fronts(region, fronts)                  the fronts inside material
+!>    region%distance(x)                           from the edge of the region in the plane, below 0 where it is cracked
+!>    region%uncracked(low, high, area, middle)    of a rectangle
 module hampm_front
    use hampm_kinds, only: dp, ndim, name_len
-   use hampm_outline, only: outline_t
+   use hampm_outline, only: outline_t, ring_t, wall_t
    use hampm_polygon, only: area_of, clip_segment, clip_to, clip_to_box, distance_to_polygon, is_in_polygon, moments_of, &
                             outward_normal, side_lengths, ways_along
    use hampm_ring_moments, only: sort_few
    use hampm_tensors, only: norm
    implicit none
    private
-   public :: region_t, front_t, crack_shape_t, region_of, find_fronts, plane_axes, room_of, chords
+   public :: grid_plane_t, region_t, front_t, crack_shape_t, region_of, find_fronts, plane_axes, room_of, chords
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: rounding = 1e-9_dp     !! of the box, within which an edge is that of the box
@@ -34,38 +34,48 @@ module hampm_front
       real(dp), allocatable :: points(:, :)      !! of a polygon [m], (ndim, 3 or more)
    end type crack_shape_t
 
-   !> Where a plane is cracked.
-   type :: region_t
+   !> A plane of the grid.
+   type :: grid_plane_t
       integer :: axis = ndim                     !! of the normal of the plane
       integer :: along(2) = 1                    !! the axes of the plane, in cyclic order
       real(dp) :: plane = 0                      !! where the plane is on its axis [m]
       logical :: is_symmetry = .false.           !! whether the plane is one of symmetry of the model
+   contains
+      procedure :: in_plane => place_in_plane
+      procedure :: in_space => place_in_space
+   end type grid_plane_t
+
+   !> Where a plane is cracked.
+   type, extends(grid_plane_t) :: region_t
+      real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! of the box around all material in the plane [m]
+      real(dp) :: spacing = 0                    !! of the nodes of its fronts, roughly [m]
       real(dp), allocatable :: outline(:, :)     !! corners of the region in the plane [m], (2, any)
       logical, allocatable :: may_be_front(:)    !! of the edge from each corner to the next; the others are far from the material
       logical, allocatable :: is_corner(:)       !! whether there the outline has a kink, else it stands for a curve
       type(outline_t), allocatable :: bodies(:)  !! with material in the plane; not allocated where all of these are boxes
+      type(wall_t), allocatable :: walls(:)      !! of these; none of boxes
    contains
-      procedure :: in_plane => place_in_plane
-      procedure :: in_space => place_in_space
       procedure :: distance
       procedure :: contains => holds
       procedure :: uncracked
-      procedure :: area_in
+      procedure :: cracked_area
       procedure :: shrunk
       procedure :: is_narrow
    end type region_t
 
    !> A front of such a crack: a polyline of nodes. As one walks along it, as seen against the normal, the crack is to the left.
-   type, extends(region_t) :: front_t
+   type, extends(grid_plane_t) :: front_t
       integer :: crack = 0                       !! number of the crack
       logical :: is_closed = .false.             !! whether the last node is followed by the first
       real(dp), allocatable :: at(:, :)          !! nodes [m], (ndim, n)
       real(dp), allocatable :: outward(:, :)     !! unit vectors in the plane out of the crack, (ndim, n)
+      real(dp), allocatable :: weight(:)         !! length of the front that belongs to each node: the integral of its hat [m], (n)
       real(dp), allocatable :: arc(:)            !! way along the front from the first node [m], (n)
       real(dp), allocatable :: on_outline(:)     !! way along the outline from its first corner [m], (n)
       real(dp) :: length = 0                     !! of the front, of a closed one all around [m]
    contains
       procedure :: n => number_of_nodes
+      procedure :: ends_at
    end type front_t
 
 contains
@@ -89,6 +99,10 @@ contains
       region%along = plane_axes(shape%axis)
       region%plane = shape%center(shape%axis)
       region%is_symmetry = shape%is_symmetry
+      region%lower = lower
+      region%upper = upper
+      region%spacing = spacing
+      allocate (region%walls(0))
       associate (center => region%in_plane(shape%center))
          select case (shape%front)
          case ('disc', 'ellipse')
@@ -129,10 +143,8 @@ contains
    end function region_of
 
    !> The fronts of a region inside material, along its outline.
-   pure subroutine find_fronts(whole, lower, upper, spacing, fronts)
+   pure subroutine find_fronts(whole, fronts)
       type(region_t), intent(in) :: whole
-      real(dp), intent(in) :: lower(ndim), upper(ndim) !! of the box around all material [m]
-      real(dp), intent(in) :: spacing            !! of nodes, roughly [m]
       type(front_t), allocatable, intent(out) :: fronts(:)
       type(region_t) :: region                   ! the same with a corner wherever its outline comes to a side of a body
       real(dp), allocatable, dimension(:) :: from, to ! of each edge of the outline, parts of it, where it is inside
@@ -140,8 +152,8 @@ contains
       real(dp) :: low(2), high(2), margin
       integer :: n, k, i, first, last
       region = whole
-      low = whole%in_plane(lower)
-      high = whole%in_plane(upper)
+      low = whole%in_plane(whole%lower)
+      high = whole%in_plane(whole%upper)
       margin = rounding*norm(high - low)
       if (allocated(region%bodies)) call part_edges(region, margin)
       n = size(region%outline, 2)
@@ -162,8 +174,7 @@ contains
       end do
       if (all(to > from) .and. .not. any(begins)) then
          allocate (fronts(1))
-         call place_nodes(region, 1, n, from, to, spacing, fronts(1))
-         fronts%region_t = whole
+         call place_nodes(region, 1, n, from, to, fronts(1))
          return
       end if
       allocate (fronts(count(begins)))
@@ -175,12 +186,11 @@ contains
             last = last + 1
          end do
          i = i + 1
-         call place_nodes(region, first, last, from, to, spacing, fronts(i))
+         call place_nodes(region, first, last, from, to, fronts(i))
          do k = 1, 2                             ! to the box, without the margin
             where (abs(fronts(i)%at(region%along(k), :) - low(k)) < 4*margin) fronts(i)%at(region%along(k), :) = low(k)
             where (abs(fronts(i)%at(region%along(k), :) - high(k)) < 4*margin) fronts(i)%at(region%along(k), :) = high(k)
          end do
-         fronts(i)%region_t = whole
       end do
    end subroutine find_fronts
 
@@ -193,7 +203,7 @@ contains
       real(dp), allocatable :: outline(:, :)
       logical, allocatable :: may_be_front(:), is_corner(:)
       real(dp) :: before
-      integer :: n, k, b, r, i
+      integer :: n, k, w, i
       old = region
       n = size(old%outline, 2)
       allocate (outline(2, 0), may_be_front(0), is_corner(0))
@@ -201,10 +211,8 @@ contains
          associate (a => old%in_space(old%outline(:, k)), c => old%in_space(old%outline(:, modulo(k, n) + 1)))
             at = [0.0_dp]
             if (old%may_be_front(k)) then
-               do b = 1, size(old%bodies)
-                  do r = 1, size(old%bodies(b)%rings) ! each is met twice at most
-                     at = [at, old%bodies(b)%rings(r)%way_to(a, c - a), 1 - old%bodies(b)%rings(r)%way_to(c, a - c)]
-                  end do
+               do w = 1, size(old%walls)         ! each is met twice at most
+                  at = [at, old%walls(w)%way_to(a, c - a), 1 - old%walls(w)%way_to(c, a - c)]
                end do
                at = pack(at, at >= 0 .and. at < 1)
                call sort_few(at)
@@ -240,17 +248,16 @@ contains
    end function is_in_material
 
    !> The nodes of a front along edges of an outline: at its ends and its kinks, and in equal ways between them.
-   pure subroutine place_nodes(region, first, last, from, to, spacing, front)
+   pure subroutine place_nodes(region, first, last, from, to, front)
       type(region_t), intent(in) :: region
       integer, intent(in) :: first, last         !! edges; the last may be counted beyond all of them
       real(dp), intent(in) :: from(:), to(:)     !! of each edge, parts of it, where it is inside [-]
-      real(dp), intent(in) :: spacing            !! [m]
       type(front_t), intent(out) :: front
       real(dp), allocatable :: at(:, :), outward(:, :) ! of nodes, in the plane
       real(dp), dimension(size(from)) :: begin, length ! ways to the edges along the outline, and their lengths [m]
       real(dp) :: way(first:last + 1), wanted, normal(2)
       integer :: n, k, m, i, start, parts
-      front%region_t = region
+      front%grid_plane_t = region%grid_plane_t
       n = size(region%outline, 2)
       front%is_closed = all(to > from) .and. last - first + 1 == n .and. .not. from(edge(first)) > 0 .and. .not. to(edge(last)) < 1
       begin = ways_along(region%outline)
@@ -264,8 +271,8 @@ contains
       start = first
       do k = first, last                         ! stretches without a kink inside
          if (k < last .and. .not. region%is_corner(edge(k + 1))) cycle
-         parts = max(1, nint((way(k + 1) - way(start))/spacing))
-         if (front%is_closed .and. start == first .and. k == last) parts = 4*max(2, nint(front%length/(4*spacing)))
+         parts = max(1, nint((way(k + 1) - way(start))/region%spacing))
+         if (front%is_closed .and. start == first .and. k == last) parts = 4*max(2, nint(front%length/(4*region%spacing)))
          m = start
          do i = 0, parts
             if (i == 0 .and. start > first) cycle ! the last node of the stretch before
@@ -287,6 +294,9 @@ contains
          end do
          start = k + 1
       end do
+      front%weight = [front%arc(2:), front%length] - front%arc
+      if (.not. front%is_closed) front%weight(front%n()) = 0
+      front%weight = (front%weight + cshift(front%weight, -1))/2
       allocate (front%at(ndim, size(at, 2)), front%outward(ndim, size(at, 2)))
       front%outward = 0
       do k = 1, size(at, 2)
@@ -354,9 +364,18 @@ contains
       number_of_nodes = size(self%arc)
    end function number_of_nodes
 
+   !> Whether an end of a front is at a wall.
+   pure logical function ends_at(self, wall)
+      class(front_t), intent(in) :: self
+      class(ring_t), intent(in) :: wall
+      real(dp), parameter :: on_wall = 1e-6_dp   ! of the front
+      ends_at = .not. self%is_closed .and. self%n() > 0
+      if (ends_at) ends_at = min(wall%distance(self%at(:, 1)), wall%distance(self%at(:, self%n()))) <= on_wall*self%length
+   end function ends_at
+
    !> A place of space as one of the plane [m].
    pure function place_in_plane(self, x) result(y)
-      class(region_t), intent(in) :: self
+      class(grid_plane_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp) :: y(2)
       y = x(self%along)
@@ -364,7 +383,7 @@ contains
 
    !> A place of the plane as one of space [m].
    pure function place_in_space(self, y) result(x)
-      class(region_t), intent(in) :: self
+      class(grid_plane_t), intent(in) :: self
       real(dp), intent(in) :: y(2)               !! [m]
       real(dp) :: x(ndim)
       x(self%along) = y
@@ -393,8 +412,10 @@ contains
       type(region_t) :: region
       real(dp) :: normal(2, size(self%outline, 2)), margin(size(self%outline, 2))
       integer :: n, k
-      region = region_t(self%axis, self%along, self%plane, self%is_symmetry, self%outline, self%may_be_front, self%is_corner, &
-                        null())
+      region%grid_plane_t = self%grid_plane_t
+      region%outline = self%outline
+      region%may_be_front = self%may_be_front
+      region%is_corner = self%is_corner
       n = size(self%outline, 2)
       do k = 1, n
          normal(:, k) = outward_normal(self%outline, k)
@@ -463,28 +484,27 @@ contains
       if (area > whole*(1 - rounding)) area = whole
    end subroutine uncracked
 
-   !> The area that is cracked in a box [m2]: of the material, without holes.
-   pure real(dp) function area_in(self, lower, upper)
+   !> The area that is cracked [m2]: of the material, without holes.
+   pure real(dp) function cracked_area(self) result(area)
       class(region_t), intent(in) :: self
-      real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
       real(dp) :: rest, middle(2)
       real(dp), allocatable :: part(:, :)
       integer :: b, r
       if (allocated(self%bodies)) then
-         area_in = 0
+         area = 0
          do b = 1, size(self%bodies)
             do r = 1, size(self%bodies(b)%rings)
                part = self%outline
                call clip_to(part, self%bodies(b)%rings(1)%section(self%axis, self%plane))
                if (r > 1) call clip_to(part, self%bodies(b)%rings(r)%section(self%axis, self%plane))
-               area_in = area_in + merge(-1, 1, r > 1)*area_of(part)
+               area = area + merge(-1, 1, r > 1)*area_of(part)
             end do
          end do
          return
       end if
-      associate (low => self%in_plane(lower), high => self%in_plane(upper))
+      associate (low => self%in_plane(self%lower), high => self%in_plane(self%upper))
          call self%uncracked(low, high, rest, middle)
-         area_in = product(high - low) - rest
+         area = product(high - low) - rest
       end associate
-   end function area_in
+   end function cracked_area
 end module hampm_front

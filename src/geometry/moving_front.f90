@@ -5,13 +5,13 @@
 !> convex and stay kinks where it is not, where corners that come together are one. Nothing heals, as ways are not below 0.
 module hampm_moving_front
    use hampm_kinds, only: dp, ndim
-   use hampm_front, only: region_t, front_t, chords
+   use hampm_front, only: region_t, front_t, find_fronts, chords
    use hampm_polygon, only: area_of, clip_segment, cross, find_crossing, find_meeting, normal_of => outward_normal, side_lengths, &
                             ways_along
    use hampm_tensors, only: norm
    implicit none
    private
-   public :: advance_region
+   public :: advance_region, fronts_of
 
    real(dp), parameter :: of_arc = acos(-1.0_dp)/16 !! angle of each chord of the arc that a kink becomes [rad]
    real(dp), parameter :: kink = 0.5_dp          !! angle between chords beyond which they stand for no curve [rad]
@@ -28,28 +28,76 @@ module hampm_moving_front
 
 contains
 
-   !> Let all fronts of a region inside a box advance, as `find_fronts` found them. Where they would enclose what is not cracked the region
-   !> stays.
-   pure subroutine advance_region(region, fronts, ways, lower, upper, spacing, meets_itself)
+   !> Find the fronts of all planes, where they are now, each with the number of that of the same crack before which is nearest. Those that have ended
+   !> keep their numbers, without nodes; those that are new come behind all others.
+   pure subroutine fronts_of(regions, fronts)
+      type(region_t), intent(in) :: regions(:)
+      type(front_t), allocatable, intent(inout) :: fronts(:)
+      type(front_t), allocatable :: before(:), here(:), more(:)
+      real(dp), allocatable :: away(:, :)        ! of the middle of each front from each one before [m]
+      integer :: k, i, j, n, pair(2)
+      if (allocated(fronts)) call move_alloc(fronts, before)
+      if (.not. allocated(before)) allocate (before(0))
+      fronts = before
+      do i = 1, size(before)
+         fronts(i)%grid_plane_t = regions(before(i)%crack)%grid_plane_t
+         fronts(i)%at = before(i)%at(:, :0)
+         fronts(i)%outward = before(i)%outward(:, :0)
+         fronts(i)%arc = before(i)%arc(:0)
+         fronts(i)%on_outline = before(i)%on_outline(:0)
+         fronts(i)%weight = before(i)%arc(:0)
+      end do
+      do k = 1, size(regions)
+         call find_fronts(regions(k), here)
+         here%crack = k
+         allocate (away(size(here), size(before)), source=huge(1.0_dp))
+         do j = 1, size(before)
+            if (before(j)%crack /= k .or. before(j)%n() == 0) cycle
+            do i = 1, size(here)
+               associate (middle => here(i)%at(:, here(i)%n()/2 + 1))
+                  away(i, j) = sqrt(minval(sum((before(j)%at - spread(middle, 2, before(j)%n()))**2, dim=1)))
+               end associate
+            end do
+         end do
+         do while (any(away < huge(away)))
+            pair = minloc(away)
+            fronts(pair(2)) = here(pair(1))
+            here(pair(1))%crack = 0
+            away(pair(1), :) = huge(away)
+            away(:, pair(2)) = huge(away)
+         end do
+         deallocate (away)
+         n = size(fronts)
+         allocate (more(n + count(here%crack == k)))
+         more(:n) = fronts
+         do i = 1, size(here)
+            if (here(i)%crack == 0) cycle
+            n = n + 1
+            more(n) = here(i)
+         end do
+         call move_alloc(more, fronts)
+      end do
+   end subroutine fronts_of
+
+   !> Let all fronts of a region advance, as `find_fronts` found them. Where they would enclose what is not cracked the region stays.
+   pure subroutine advance_region(region, fronts, ways, meets_itself)
       type(region_t), intent(inout) :: region
       type(front_t), intent(in) :: fronts(:)
       real(dp), intent(in) :: ways(:)            !! along `outward`, of the nodes of all fronts, one after another [m]
-      real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
-      real(dp), intent(in) :: spacing            !! of nodes, roughly [m]
       logical, intent(out) :: meets_itself
       type(moving_t) :: new
       real(dp) :: chord
       integer :: moves, k
       meets_itself = .false.
       if (size(fronts) == 0 .or. .not. any(ways > 0)) return
-      chord = spacing/chords
+      chord = region%spacing/chords
       new = moving_t(region%outline, ways_along(region%outline), region%may_be_front, region%is_corner) ! where they are, at first
-      call divide(new, region%in_plane(lower), region%in_plane(upper), chord, sum(side_lengths(region%outline)))
+      call divide(new, region%in_plane(region%lower), region%in_plane(region%upper), chord, sum(side_lengths(region%outline)))
       new%way = ways_at(new%way)
       moves = max(1, ceiling(maxval(new%way)/(most*chord)))
       new%way = new%way/moves
       do k = 1, moves
-         if (k > 1) call divide(new, region%in_plane(lower), region%in_plane(upper), chord, (new%way(1)))
+         if (k > 1) call divide(new, region%in_plane(region%lower), region%in_plane(region%upper), chord, (new%way(1)))
          call move(new)
          call join(new, shortest*chord)
          if (mod(k, moves_between_looks) > 0 .and. k < moves) cycle

@@ -13,7 +13,7 @@ module hampm_outline
    use hampm_tensors, only: norm, in_plane, quarter_turn
    implicit none
    private
-   public :: outline_t, ring_t, polygon_ring, circle_ring, box_ring, cylinder_ring, least_part
+   public :: outline_t, ring_t, wall_t, walls_of, polygon_ring, circle_ring, box_ring, cylinder_ring, least_part
 
    real(dp), parameter :: pi = acos(-1.0_dp)
 
@@ -40,6 +40,11 @@ module hampm_outline
       procedure :: section => section_of_ring
       procedure :: normal_at => normal_of_ring
    end type ring_t
+
+   !> A ring as a wall of a body.
+   type, extends(ring_t) :: wall_t
+      logical :: is_hole = .false.               !! whether the material is outside of it
+   end type wall_t
 
    !> A ring, without what is in some others.
    type :: outline_t
@@ -87,6 +92,22 @@ contains
       ring%axis = maxloc(upper - lower, dim=1)
       ring%ends = [lower(ring%axis), upper(ring%axis)]
    end function cylinder_ring
+
+   !> The walls of some bodies.
+   pure function walls_of(bodies) result(walls)
+      type(outline_t), intent(in) :: bodies(:)
+      type(wall_t), allocatable :: walls(:)
+      integer :: b, r, n
+      allocate (walls(sum([(size(bodies(b)%rings), b=1, size(bodies))])))
+      n = 0
+      do b = 1, size(bodies)
+         do r = 1, size(bodies(b)%rings)
+            n = n + 1
+            walls(n)%ring_t = bodies(b)%rings(r)
+            walls(n)%is_hole = r > 1
+         end do
+      end do
+   end function walls_of
 
    !> How far a place is beyond the sides of a ring in space, below 0 inside [m].
    pure function beyond(self, x)

@@ -10,7 +10,7 @@ module hampm_dynamic_front_growth
    use hampm_crack_placement, only: take_toughness
    use hampm_crack_groups, only: growth_t
    use hampm_cracks, only: cracks_t
-   use hampm_front, only: front_t
+   use hampm_front, only: region_t
    use hampm_front_values, only: front_values_t, between_hats
    use hampm_history, only: history_t
    use hampm_kinds, only: dp, ndim
@@ -18,7 +18,6 @@ module hampm_dynamic_front_growth
    use hampm_material, only: material_t
    use hampm_model, only: model_t
    use hampm_moving_tip, only: rayleigh_speed
-   use hampm_plane_cuts, only: plane_cut_t
    use hampm_text, only: add_line, to_text, three_digits
    use hampm_toughness, only: advance_t
    implicit none
@@ -57,13 +56,13 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(growing_plane_t), allocatable, intent(out) :: planes(:)
       type(growing_front_t), allocatable, intent(out) :: fronts(:)
-      integer :: k, f
+      integer :: k
       allocate (planes(size(model%planes)), fronts(0))
       do k = 1, size(planes)
          planes(k)%grows = any(model%growth%path == k)
          planes(k)%fronts = count(cracks%fronts%crack == k)
          planes(k)%open_ends = count(cracks%fronts%crack == k .and. .not. cracks%fronts%is_closed)
-         planes(k)%is_at_hole = any([(cracks%fronts(f)%crack == k .and. ends_at_hole(cracks%fronts(f)), f=1, size(cracks%fronts))])
+         planes(k)%is_at_hole = ends_at_hole(cracks, k)
       end do
    end subroutine new_growing_planes
 
@@ -245,11 +244,11 @@ contains
       fronts = count([(cracks%fronts(k)%crack == number .and. cracks%fronts(k)%n() > 0, k=1, size(cracks%fronts))])
       open_ends = count([(cracks%fronts(k)%crack == number .and. cracks%fronts(k)%n() > 0 .and. .not. cracks%fronts(k)%is_closed, &
                           k=1, size(cracks%fronts))])
-      at_hole = any([(cracks%fronts(k)%crack == number .and. ends_at_hole(cracks%fronts(k)), k=1, size(cracks%fronts))])
+      at_hole = ends_at_hole(cracks, number)
       if (meets_itself) then
          call tell('no longer grows: its front has met itself around a part that is not cracked')
       else if (fronts == 0 .and. plane%fronts > 0) then
-         call tell('has run through'//trim(merge(', or to holes', '             ', allocated(cracks%fronts(1)%bodies))))
+         call tell('has run through'//trim(merge(', or to holes', '             ', allocated(cracks%regions(number)%bodies))))
       else if (fronts /= plane%fronts .or. open_ends /= plane%open_ends) then
          call tell('has met a side of the material, or its fronts have met')
       else if (at_hole .and. .not. plane%is_at_hole) then
@@ -272,28 +271,23 @@ contains
       end subroutine tell
    end subroutine note_state
 
-   !> Whether an end of a front is at the wall of a hole.
-   pure logical function ends_at_hole(front) result(is)
-      type(front_t), intent(in) :: front
-      integer :: b, r
-      is = .false.
-      if (.not. allocated(front%bodies) .or. front%is_closed .or. front%n() == 0) return
-      do b = 1, size(front%bodies)
-         do r = 2, size(front%bodies(b)%rings)
-            associate (ring => front%bodies(b)%rings(r))
-               is = is .or. min(ring%distance(front%at(:, 1)), ring%distance(front%at(:, front%n()))) <= 1e-6_dp*front%length
-            end associate
-         end do
-      end do
+   !> Whether a front of a crack ends at the wall of a hole.
+   pure logical function ends_at_hole(cracks, number) result(is)
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: number              !! of the crack
+      integer :: f, w
+      associate (walls => cracks%regions(number)%walls)
+         is = any([((cracks%fronts(f)%crack == number .and. walls(w)%is_hole .and. cracks%fronts(f)%ends_at(walls(w)), &
+                     w=1, size(walls)), f=1, size(cracks%fronts))])
+      end associate
    end function ends_at_hole
 
    !> Record how a crack stands.
-   subroutine record_plane(plane, cut, history)
+   subroutine record_plane(plane, region, history)
       type(growing_plane_t), intent(in) :: plane
-      type(plane_cut_t), intent(in) :: cut
+      type(region_t), intent(in) :: region
       type(history_t), intent(inout) :: history
-      call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', &
-                          cut%area_in(cut%lower, cut%upper))
+      call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', region%cracked_area())
       call history%record('front_speed', 'm/s', 'speed at which its fronts grow, mean', plane%mean)
       call history%record('front_speed_largest', 'm/s', 'the largest along them', plane%largest)
    end subroutine record_plane

@@ -127,7 +127,7 @@ contains
             room = room_for(model, cracks, tip%crack, to)
             if (room >= least_radius(model)*(1 - 1e-9_dp)) exit
             cracks%crack(tip%crack)%bonded(tip%end) = bonded
-            call cracks%put_back(k, before)
+            call cracks%place(tip%crack, before)
          end do
          if (room < least_radius(model)*(1 - 1e-9_dp)) then
             growing%tips(k)%has_no_room = .true. ! the tip stops where its way ends

@@ -13,20 +13,19 @@
 module hampm_static_front_growth
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
-   use hampm_crack_placement, only: body_at, finest_cell, find_extents, distance_to_loads, least_radius, &
+   use hampm_crack_placement, only: body_at, finest_cell, distance_to_loads, least_radius, &
                                    take_toughness
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: ways_of
-   use hampm_front, only: front_t
+   use hampm_front, only: front_t, region_t
    use hampm_front_values, only: front_values_t, mean_rate, part_along, between_hats, parts_of, place_hats
    use hampm_growing, only: growing_t, next_t
    use hampm_lapack, only: dposv
    use hampm_law, only: value_of
    use hampm_load_search, only: nothing
    use hampm_model, only: model_t
-   use hampm_moving_front, only: advance_region
+   use hampm_moving_front, only: advance_region, fronts_of
    use hampm_history, only: history_t
-   use hampm_plane_cuts, only: plane_cut_t, fronts_of
    use hampm_problem, only: problem_t
    use hampm_text, only: add_line, to_text
    use hampm_toughness, only: advance_t
@@ -98,8 +97,7 @@ contains
       type(cracks_t), intent(inout) :: cracks
       logical, intent(out) :: have_moved
       character(:), allocatable, intent(inout) :: message
-      type(front_t), allocatable :: before_it(:)
-      type(plane_cut_t) :: cuts(size(model%planes))
+      type(cracks_t) :: before_it
       real(dp) :: way(size(growing%tips))
       real(dp), allocatable :: of_nodes(:)
       logical :: meets_itself
@@ -110,12 +108,7 @@ contains
       growing%tips%advance = 0
       if (.not. have_moved) return
       call note_ways(growing, fronts, way)
-      do c = 1, size(cuts)
-         call find_extents(model, model%planes(c), cuts(c)%lower, cuts(c)%upper)
-         cuts(c)%spacing = finest_cell(model)
-         cuts(c)%region_t = cracks%fronts(findloc(cracks%fronts%crack, c, dim=1))%region_t
-      end do
-      do c = 1, size(cuts)
+      do c = 1, size(cracks%regions)
          before = 0
          of_nodes = [real(dp) ::]
          do f = 1, size(fronts)
@@ -130,22 +123,19 @@ contains
          end do
          if (.not. any(of_nodes > 0)) cycle
          of_crack = pack([(f, f=1, size(cracks%fronts))], cracks%fronts%crack == c)
-         call reach_sides(cracks%fronts(of_crack), cuts(c)%lower, cuts(c)%upper, finest_cell(model), &
+         call reach_sides(cracks%regions(c), cracks%fronts(of_crack), &
                           maxval([to_walls*finest_cell(model), model%energy_release%radii]), of_nodes, have_met)
          do i = 1, size(of_crack)
             if (have_met(i) > 0) call tell(name_of(of_crack(i))//' has '//trim(merge('met a side                ', &
                'come to the wall of a hole', have_met(i) == a_side))//', and ends there as far as it goes on')
          end do
-         before_it = cracks%fronts
-         call advance_region(cuts(c)%region_t, cracks%fronts(of_crack), of_nodes, cuts(c)%lower, cuts(c)%upper, &
-                             finest_cell(model), meets_itself)
-         if (.not. meets_itself) call fronts_of(cuts, cracks%fronts)
+         before_it = cracks
+         call advance_region(cracks%regions(c), cracks%fronts(of_crack), of_nodes, meets_itself)
+         if (.not. meets_itself) call fronts_of(cracks%regions, cracks%fronts)
          if (meets_itself) then
             call stop_fronts('it would meet itself')
          else if (.not. all([(has_room(f), f=1, size(cracks%fronts))])) then
-            cuts(c)%region_t = before_it(of_crack(1))%region_t
-            deallocate (cracks%fronts)
-            call move_alloc(before_it, cracks%fronts)
+            cracks = before_it
             call stop_fronts('a step further it has less than two of the finest cells to another front or '// &
                              'less than six to a load, or two to a hole beside its plane')
          else
@@ -177,7 +167,7 @@ contains
       logical function has_room(number)
          integer, intent(in) :: number
          real(dp), parameter :: least = 2, to_loads = 6 ! finest cells
-         integer :: node, other, hole
+         integer :: node, other
          has_room = .true.
          associate (front => cracks%fronts(number))
             if (front%crack /= c) return
@@ -192,14 +182,11 @@ contains
                has_room = has_room .and. body_at(model, front%at(:, node)) > 0 &
                           .and. distance_to_loads(model, front%at(:, node)) >= to_loads*finest_cell(model)
             end do
-            if (.not. allocated(front%bodies)) return
-            do other = 1, size(front%bodies)     ! holes in the plane are those at which it ends
-               do hole = 2, size(front%bodies(other)%rings)
-                  associate (ring => front%bodies(other)%rings(hole))
-                     if (size(ring%section(front%axis, front%plane)) == 0) has_room = has_room .and. &
-                        all([(ring%distance(front%at(:, node)) >= least_radius(model), node=1, front%n())])
-                  end associate
-               end do
+            do other = 1, size(cracks%regions(c)%walls) ! holes in the plane are those at which it ends
+               associate (wall => cracks%regions(c)%walls(other))
+                  if (wall%is_hole .and. size(wall%section(front%axis, front%plane)) == 0) has_room = has_room .and. &
+                     all([(wall%distance(front%at(:, node)) >= least_radius(model), node=1, front%n())])
+               end associate
             end do
          end associate
       end function has_room
@@ -229,7 +216,7 @@ contains
          logical :: is_left
          is_left = any([(cracks%fronts(f)%crack == c .and. cracks%fronts(f)%n() > 0, f=1, size(cracks%fronts))])
          do i = 1, size(of_crack)
-            if (cracks%fronts(of_crack(i))%n() > 0 .or. before_it(of_crack(i))%n() == 0) cycle
+            if (cracks%fronts(of_crack(i))%n() > 0 .or. before_it%fronts(of_crack(i))%n() == 0) cycle
             where (are_of(of_crack(i)))
                growing%tips%has_stopped = .true.
                growing%tips%has_ended = .true.
@@ -242,7 +229,7 @@ contains
                call tell(name_of(of_crack(i))//' has run through all of the material')
             end if
          end do
-         do f = size(before_it) + 1, size(cracks%fronts)
+         do f = size(before_it%fronts) + 1, size(cracks%fronts)
             call tell(name_of(f)//' is new, where another has divided, and is in no column')
          end do
       end subroutine note_ends
@@ -272,16 +259,16 @@ contains
 
    !> Let nodes that would be so near to a side that cells do not resolve what is left go beyond it, or so near to the wall of a hole that it would be in
    !> their domains.
-   pure subroutine reach_sides(fronts, lower, upper, cell, near_walls, ways, have_met)
+   pure subroutine reach_sides(region, fronts, near_walls, ways, have_met)
+      type(region_t), intent(in) :: region
       type(front_t), intent(in) :: fronts(:)
-      real(dp), intent(in) :: lower(ndim), upper(ndim), cell !! [m]
       real(dp), intent(in) :: near_walls         !! [m]
       real(dp), intent(inout) :: ways(:)         !! of the nodes of all fronts, one after another [m]
       integer, allocatable, intent(out) :: have_met(:) !! what nodes of each front do: a side, the wall of a hole, or 0
       real(dp), parameter :: near = 1.5_dp, beyond = 1 ! cells
       real(dp), parameter :: slanted = 0.5_dp
       real(dp), parameter :: inside = 1e-6_dp    ! cells
-      integer :: f, i, k, d, b, r
+      integer :: f, i, k, d, w
       real(dp) :: way, chord
       k = 0
       allocate (have_met(size(fronts)), source=0)
@@ -291,27 +278,24 @@ contains
             do d = 1, ndim
                associate (out => fronts(f)%outward(d, i))
                   if (abs(out) < slanted) cycle
-                  way = (merge(upper(d), lower(d), out > 0) - fronts(f)%at(d, i))/out
-                  if (way - ways(k) >= near*cell) cycle
-                  ways(k) = max(ways(k), way + beyond*cell)
+                  way = (merge(region%upper(d), region%lower(d), out > 0) - fronts(f)%at(d, i))/out
+                  if (way - ways(k) >= near*region%spacing) cycle
+                  ways(k) = max(ways(k), way + beyond*region%spacing)
                   have_met(f) = a_side
                end associate
             end do
-            if (.not. allocated(fronts(f)%bodies)) cycle
-            do b = 1, size(fronts(f)%bodies)
-               do r = 1, size(fronts(f)%bodies(b)%rings)
-                  associate (ring => fronts(f)%bodies(b)%rings(r), at => fronts(f)%at(:, i), out => fronts(f)%outward(:, i))
-                     if (r == 1 .and. .not. ring%is_circle) cycle
-                     way = ring%way_to(at, out)
-                     if (way - ways(k) >= near_walls) cycle
-                     if (abs(dot_product(ring%normal_at(at + way*out), out)) < slanted) cycle
-                     if ((dot_product(ring%normal_at(at + way*out), out) > 0) .neqv. r == 1) cycle
-                     chord = huge(chord)
-                     if (r > 1) chord = ring%way_to(at + (way + inside*cell)*out, out)
-                     ways(k) = max(ways(k), way + min(beyond*cell, chord/2))
-                     have_met(f) = merge(a_wall, a_side, r > 1)
-                  end associate
-               end do
+            do w = 1, size(region%walls)
+               associate (wall => region%walls(w), at => fronts(f)%at(:, i), out => fronts(f)%outward(:, i))
+                  if (.not. (wall%is_hole .or. wall%is_circle)) cycle
+                  way = wall%way_to(at, out)
+                  if (way - ways(k) >= near_walls) cycle
+                  if (abs(dot_product(wall%normal_at(at + way*out), out)) < slanted) cycle
+                  if ((dot_product(wall%normal_at(at + way*out), out) > 0) .eqv. wall%is_hole) cycle
+                  chord = huge(chord)
+                  if (wall%is_hole) chord = wall%way_to(at + (way + inside*region%spacing)*out, out)
+                  ways(k) = max(ways(k), way + min(beyond*region%spacing, chord/2))
+                  have_met(f) = merge(a_wall, a_side, wall%is_hole)
+               end associate
             end do
          end do
       end do
@@ -568,9 +552,10 @@ contains
    end subroutine book_points
 
    !> Record how a front stands.
-   subroutine record_points(growing, model, fronts, number, history)
+   subroutine record_points(growing, model, cracks, fronts, number, history)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks
       type(front_values_t), intent(in) :: fronts(:)
       integer, intent(in) :: number              !! of the front
       type(history_t), intent(inout) :: history
@@ -579,10 +564,8 @@ contains
       last = sum([(size(fronts(first)%arc), first=1, number)])
       first = last - size(fronts(number)%arc) + 1
       if (.not. growing%tips(first)%grows) return
-      associate (domain => fronts(number)%domain)
-         call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', &
-                             domain%front%area_in(domain%lower, domain%upper))
-      end associate
+      call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', &
+                          cracks%regions(fronts(number)%domain%front%crack)%cracked_area())
       next = next_of_points(growing, model, fronts)
       call history%record_along_front('extension', 'm', 'way that the front has grown there', growing%tips(first:last)%extension)
       if (growing%is_cyclic) return

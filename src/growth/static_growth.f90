@@ -129,7 +129,7 @@ contains
             most = room_of_tip(model, cracks, tip)
             if (most < least_radius(model)*(1 - 1e-9_dp)) then
                why = 'a step further '//why_no_room(model, tip%place)
-               call cracks%put_back(k, before)
+               call cracks%place(tip%crack, before)
                call see_around_tips(model, cracks, tip%crack)
                call find_end(model, cracks, tip%crack, tip%place, matmul(tip%axis, in_plane(cos(angle), sin(angle))), &
                              length + 2*least_radius(model), to, runs_through)

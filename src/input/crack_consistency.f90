@@ -1,9 +1,10 @@
 !> Whether the crack lies where a crack can be, and whether the energy release rate asked for is defined.
 module hampm_crack_consistency
    use hampm_kinds, only: dp, ndim
+   use hampm_crack_lines, only: last_point
    use hampm_crack_placement, only: path_at
    use hampm_path_consistency, only: check_path_radii
-   use hampm_path_placement, only: path_tip, last_end
+   use hampm_path_placement, only: path_tip
    use hampm_placement, only: tolerance, upper_corner, nearest_node, within, on_node, on_face, point_text
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
@@ -48,7 +49,7 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: n
       real(dp) :: position(ndim)
-      position = path_tip(model%paths(1), last_end) + n*model%grid%cell*model%paths(1)%direction
+      position = path_tip(model%paths(1), last_point) + n*model%grid%cell*model%paths(1)%direction
    end function node
 
    !> The line of the crack, a cell behind and ahead of the tip, is part of an edge of a body.

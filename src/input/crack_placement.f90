@@ -4,6 +4,7 @@ module hampm_crack_placement
    use hampm_kinds, only: dp, ndim, long
    use hampm_body_group, only: outline_of
    use hampm_front, only: region_t, region_of
+   use hampm_outline, only: walls_of
    use hampm_placement, only: tolerance, within, is_part_of, overlap
    use hampm_crack_groups, only: plane_spec_t
    use hampm_crack_lines, only: segment_at
@@ -17,7 +18,7 @@ module hampm_crack_placement
    private
    public :: distance_in_material, body_at, least_radius, domain_radii, is_covered, held_ahead, covered_radius, &
              distance_to_loads, distance_to_constraints, path_at, is_other_within, is_layer, sides_of_tip, face_normal, &
-             distance_to_others, distance_to_body, layer_around, finest_cell, find_extents, find_region, take_toughness
+             distance_to_others, distance_to_body, layer_around, finest_cell, region_in, take_toughness
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
@@ -361,43 +362,29 @@ contains
       end if
    end function domain_radii
 
-   !> The box around the bodies that have material in the plane of a crack of a solid [m].
-   pure subroutine find_extents(model, plane, lower, upper)
+   !> Where a plane of a solid is cracked, in the box around the bodies with material in it, with the outlines of these where any is no box: fronts end at
+   !> their sides. It has no corners where no body is there.
+   pure type(region_t) function region_in(model, plane) result(region)
       type(model_t), intent(in) :: model
       type(plane_spec_t), intent(in) :: plane
-      real(dp), intent(out) :: lower(ndim), upper(ndim)
+      real(dp) :: lower(ndim), upper(ndim)       ! [m]
+      logical :: has(size(model%bodies))
       integer :: k
-      lower = huge(lower)
-      upper = -huge(upper)
-      do k = 1, size(model%bodies)
-         associate (body => model%bodies(k), x => plane%center(plane%axis))
-            if (x < body%lower(plane%axis) - tolerance(model%grid) .or. x > body%upper(plane%axis) + tolerance(model%grid)) cycle
-            lower = min(lower, body%lower)
-            upper = max(upper, body%upper)
-         end associate
-      end do
-   end subroutine find_extents
-
-   !> Where a plane of a solid is cracked, with that box, and the outlines of these bodies where any is no box: fronts end at their sides.
-   pure subroutine find_region(model, plane, lower, upper, region)
-      type(model_t), intent(in) :: model
-      type(plane_spec_t), intent(in) :: plane
-      real(dp), intent(out) :: lower(ndim), upper(ndim) !! [m]
-      type(region_t), intent(out) :: region      !! of no corners where no body is there
-      integer :: k
-      call find_extents(model, plane, lower, upper)
+      associate (x => plane%center(plane%axis), tol => tolerance(model%grid))
+         has = [(x >= model%bodies(k)%lower(plane%axis) - tol .and. x <= model%bodies(k)%upper(plane%axis) + tol, k=1, size(has))]
+      end associate
+      lower = [(minval(model%bodies%lower(k), mask=has), k=1, ndim)]
+      upper = [(maxval(model%bodies%upper(k), mask=has), k=1, ndim)]
       allocate (region%outline(2, 0), region%may_be_front(0), region%is_corner(0))
       if (.not. all(upper > lower)) return
       region = region_of(plane%crack_shape_t, lower, upper, finest_cell(model))
       if (.not. has_shapes(model)) return
-      allocate (region%bodies(0))
-      do k = 1, size(model%bodies)
-         associate (body => model%bodies(k), x => plane%center(plane%axis))
-            if (x < body%lower(plane%axis) - tolerance(model%grid) .or. x > body%upper(plane%axis) + tolerance(model%grid)) cycle
-            region%bodies = [region%bodies, outline_of(body)]
-         end associate
+      allocate (region%bodies(count(has)))
+      do k = 1, size(has)
+         if (has(k)) region%bodies(count(has(:k))) = outline_of(model%bodies(k))
       end do
-   end subroutine find_region
+      region%walls = walls_of(region%bodies)
+   end function region_in
 
    !> Size of the finest cells that there may be [m].
    pure real(dp) function finest_cell(model)

@@ -3,7 +3,8 @@ module hampm_growth_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: least_radius, is_other_within
    use hampm_moving_tip, only: rayleigh_speed
-   use hampm_path_placement, only: path_tips, path_tip, path_radii, held_part, last_end
+   use hampm_crack_lines, only: last_point
+   use hampm_path_placement, only: path_tips, path_tip, path_radii, held_part
    use hampm_placement, only: tolerance
    use hampm_model, only: model_t
    use hampm_model_materials, only: material_of
@@ -197,7 +198,7 @@ contains
             if (.not. has_bodies .or. size(model%paths(path)%points, 2) < 2) cycle
             covered = held_part(model, path)
             is_tip = path_tips(model, path)
-            if (increment > 0 .and. .not. is_tip(last_end)) call settings%complain(entry, 'increment', &
+            if (increment > 0 .and. .not. is_tip(last_point)) call settings%complain(entry, 'increment', &
                'is for a crack whose last point is a tip inside the material: the longest that is tried ends there')
             if (increment > (covered(2) - covered(1))*(1 + 1e-3_dp)) call settings%complain(entry, 'increment', &
                'must be at most the length of the crack in the material, '//length_text(covered(2) - covered(1))//' m')

@@ -2,7 +2,8 @@
 module hampm_load_placement
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: body_at
-   use hampm_path_placement, only: path_tip, last_end
+   use hampm_crack_lines, only: last_point
+   use hampm_path_placement, only: path_tip
    use hampm_placement, only: tolerance
    use hampm_model, only: model_t, load_spec_t
    use hampm_tensors, only: quarter_turn
@@ -53,7 +54,7 @@ contains
    pure function into_half(model) result(normal)
       type(model_t), intent(in) :: model
       real(dp) :: normal(ndim), inward(ndim), tip(ndim)
-      tip = path_tip(model%paths(1), last_end)
+      tip = path_tip(model%paths(1), last_point)
       normal = quarter_turn(model%paths(1)%direction)
       associate (body => model%bodies(body_at(model, tip)))
          inward = (body%lower + body%upper)/2 - tip

@@ -1,12 +1,11 @@
 !> Whether the cracks of a model can be cut: each by itself, against each other, and against what they are not allowed with.
 module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
+   use hampm_crack_lines, only: first_point, last_point
    use hampm_tensors, only: norm
    use hampm_crack_placement, only: least_radius, is_other_within, distance_to_others, is_layer, sides_of_tip
    use hampm_path_placement, only: path_tips, path_tip, path_direction, path_radius, path_radii, clear_radius, distance_to_cracks, &
-                                   length_along, &
-                                   is_inside, first_end, &
-                                   last_end
+                                   length_along, is_inside
    use hampm_placement, only: tolerance, upper_corner, point_text
    use hampm_polygon, only: find_crossing
    use hampm_model, only: model_t
@@ -62,7 +61,7 @@ contains
          if (has_bodies) is_tip = path_tips(model, k)
          do i = 2, size(points, 2)
             near = least_way*cell_at(model, k)
-            if (is_tip(first_end) .and. i == 2 .or. is_tip(last_end) .and. i == size(points, 2)) &
+            if (is_tip(first_point) .and. i == 2 .or. is_tip(last_point) .and. i == size(points, 2)) &
                near = least_way*cell_at(model, k, is_at_tip=.true.)
             if (norm(points(:, i) - points(:, i - 1)) >= near - tolerance(model%grid)) cycle
             call settings%complain(entry, trim(model%paths(k)%key), 'points '//to_text(i - 1)//' and '//to_text(i)//' are '// &
@@ -95,7 +94,7 @@ contains
       entry = settings%find('crack', k)
       associate (path => model%paths(k))
          is_tip = path_tips(model, k)
-         if (path%kind == 'line' .and. .not. is_tip(last_end)) then
+         if (path%kind == 'line' .and. .not. is_tip(last_point)) then
             call settings%complain(entry, 'tip', 'must be inside the material, and on no other crack')
             return
          end if
@@ -118,7 +117,7 @@ contains
                                    ' m, at less than a tenth of a cell: the material between them would not be modelled')
             return
          end do
-         do end = first_end, last_end
+         do end = first_point, last_point
             if (.not. is_tip(end)) cycle
             associate (tip => path_tip(path, end))
                near = least_way*cell_at(model, k, is_at_tip=.true.)
@@ -175,7 +174,7 @@ contains
       is_at_interface = .false.
       do k = 1, size(model%paths)
          is_tip = path_tips(model, k)
-         do end = last_end, first_end, -1
+         do end = last_point, first_point, -1
             if (.not. is_tip(end)) cycle
             most = path_radius(model, k, end)
             room = distance_to_others(model, path_tip(model%paths(k), end), path_direction(model%paths(k), end))

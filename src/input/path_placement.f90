@@ -3,7 +3,7 @@
 module hampm_path_placement
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
-   use hampm_crack_lines, only: length_of, room_on_line
+   use hampm_crack_lines, only: length_of, room_on_line, first_point, last_point
    use hampm_crack_placement, only: is_covered, covered_radius, distance_to_loads, distance_to_constraints, distance_to_others, &
                                     domain_radii
    use hampm_placement, only: tolerance
@@ -12,10 +12,9 @@ module hampm_path_placement
    implicit none
    private
    public :: path_tips, path_reaches, is_tip_at, reach_beyond, path_mouth, path_outside, path_tip, path_direction, path_radius, &
-             path_radii, clear_radius, held_part, to_surface, room_around, distance_to_cracks, length_along, is_inside, first_end, &
-             last_end, place_along
+             path_radii, clear_radius, held_part, to_surface, room_around, distance_to_cracks, length_along, is_inside, &
+             place_along
 
-   integer, parameter :: first_end = 1, last_end = 2
    real(dp), parameter :: inward = 1e-6_dp       !! cells that a place is in the material at which a line is found to enter it
    real(dp), parameter :: to_surface = 2         !! cells by which an end at a surface is continued
    real(dp), parameter :: to_crack = 1e-4_dp     !! the same of an end on another crack
@@ -32,10 +31,10 @@ contains
    !> An end of a path, where that is held by cohesion the beginning of what is held [m].
    pure function path_tip(path, end) result(x)
       type(path_spec_t), intent(in) :: path
-      integer, intent(in) :: end                 !! `first_end` or `last_end`, here and below
+      integer, intent(in) :: end                 !! `first_point` or `last_point`, here and below
       real(dp) :: x(ndim)
-      x = path%points(:, merge(1, size(path%points, 2), end == first_end))
-      if (end == last_end .and. path%held_from > 0) x = place_along(path%points, path%held_from/length_of(path%points))
+      x = path%points(:, merge(1, size(path%points, 2), end == first_point))
+      if (end == last_point .and. path%held_from > 0) x = place_along(path%points, path%held_from/length_of(path%points))
    end function path_tip
 
    !> The direction of the straight part of a path out of an end, of any length.
@@ -46,7 +45,7 @@ contains
       integer :: i
       i = straight_at(path, end)
       direction = path%points(:, i) - path%points(:, i - 1)
-      if (end == first_end) direction = -direction
+      if (end == first_point) direction = -direction
    end function path_direction
 
    !> The ways along the k-th path from and to which cohesion holds its faces: within the material, from where its tip is at first [m].
@@ -90,8 +89,8 @@ contains
    pure integer function straight_at(path, end) result(i)
       type(path_spec_t), intent(in) :: path
       integer, intent(in) :: end
-      i = merge(2, size(path%points, 2), end == first_end)
-      if (end == first_end .or. .not. path%held_from > 0) return
+      i = merge(2, size(path%points, 2), end == first_point)
+      if (end == first_point .or. .not. path%held_from > 0) return
       do i = 2, size(path%points, 2) - 1
          if (length_of(path%points(:, :i)) > path%held_from) return
       end do
@@ -105,7 +104,7 @@ contains
       integer :: end
       is_tip = .false.
       if (size(model%paths(k)%points, 2) < 2) return ! its points have an error
-      do end = first_end, last_end
+      do end = first_point, last_point
          associate (x => path_tip(model%paths(k), end))
             is_tip(end) = is_tip_at(model, x, distance_to_cracks(model, x, k))
          end associate
@@ -126,9 +125,9 @@ contains
       integer, intent(in) :: k
       real(dp) :: beyond(2)
       integer :: end
-      do end = first_end, last_end
+      do end = first_point, last_point
          associate (points => model%paths(k)%points, out => path_direction(model%paths(k), end))
-            associate (x => points(:, merge(1, size(points, 2), end == first_end)))
+            associate (x => points(:, merge(1, size(points, 2), end == first_point)))
                beyond(end) = reach_beyond(model, x, out/norm(out), distance_to_cracks(model, x, k))
             end associate
          end associate
@@ -160,8 +159,8 @@ contains
       real(dp) :: x(ndim), edges(2)
       associate (is_tip => path_tips(model, k), points => model%paths(k)%points)
          edges = merge([0.5_dp, 0.5_dp], covered_part(model, points), all(is_tip))
-         x = place_along(points, edges(merge(2, 1, is_tip(first_end))))
-         if (model%paths(k)%key == 'tip' .and. .not. is_tip(first_end)) x = points(:, 1)
+         x = place_along(points, edges(merge(2, 1, is_tip(first_point))))
+         if (model%paths(k)%key == 'tip' .and. .not. is_tip(first_point)) x = points(:, 1)
       end associate
    end function path_mouth
 
@@ -258,7 +257,7 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: k, end
       associate (path => model%paths(k), tip => path_tip(model%paths(k), end))
-         radius = min(room_on_line(path%points, tip, straight_at(path, end), end == first_end), distance_to_cracks(model, tip, k))
+         radius = min(room_on_line(path%points, tip, straight_at(path, end), end == first_point), distance_to_cracks(model, tip, k))
       end associate
    end function room_of_cracks
 

@@ -4,7 +4,7 @@ module hampm_plane_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
    use hampm_crack_groups, only: plane_spec_t
-   use hampm_crack_placement, only: body_at, finest_cell, find_region
+   use hampm_crack_placement, only: body_at, finest_cell, region_in
    use hampm_front, only: front_t, region_t, region_of, find_fronts, plane_axes, room_of
    use hampm_model, only: model_t, has_shapes
    use hampm_placement, only: tolerance, within
@@ -87,7 +87,7 @@ contains
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
       character(:), allocatable :: key
-      real(dp) :: lower(ndim), upper(ndim), steps, aside(ndim)
+      real(dp) :: steps, aside(ndim)
       type(region_t) :: region
       type(front_t), allocatable :: fronts(:)
       logical :: is_above, is_below, is_there
@@ -102,10 +102,10 @@ contains
                                 'nearest is '//to_text(model%grid%lower(plane%axis) + anint(steps)*model%grid%cell))
          return
       end if
-      call find_region(model, plane, lower, upper, region)
+      region = region_in(model, plane)
       is_there = size(region%outline) > 0
       if (is_there) then
-         call find_fronts(region, lower, upper, finest_cell(model), fronts)
+         call find_fronts(region, fronts)
          is_there = size(fronts) > 0
       end if
       if (is_there) then
@@ -127,7 +127,7 @@ contains
          call settings%complain(entry, key, 'all nodes of the plane must be held in '//axes(plane%axis:plane%axis)// &
                                 ' by a &constraint, for kind = ''symmetry'': the crack frees those that it opens')
       else if (size(model%energy_release%chosen) > 0) then
-         call check_domain(model, plane, fronts, lower, upper, settings)
+         call check_domain(model, plane, fronts, region%lower, region%upper, settings)
       end if
    end subroutine check_place
 

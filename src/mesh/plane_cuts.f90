@@ -9,11 +9,11 @@
 module hampm_plane_cuts
    use hampm_kinds, only: dp, ndim, long
    use hampm_forest, only: forest_t, level_width
-   use hampm_front, only: region_t, front_t, find_fronts
+   use hampm_front, only: region_t
    use hampm_place_table, only: place_table_t
    implicit none
    private
-   public :: plane_cut_t, fronts_of, find_open_nodes, find_unbonded, open_more, has_face_in
+   public :: plane_cut_t, find_open_nodes, find_unbonded, open_more, has_face_in
 
    real(dp), parameter :: margin = 0.27_dp       !! by which what is bonded reaches behind the front [cells]
 
@@ -21,8 +21,6 @@ module hampm_plane_cuts
    type, extends(region_t) :: plane_cut_t
       logical :: contact = .false.               !! whether its faces press on each other
       logical :: moves = .false.                 !! whether its fronts do while the mesh stays
-      real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! of all material [m]
-      real(dp) :: spacing = 0                    !! of the nodes of its fronts, roughly [m]
       real(dp) :: friction = 0                   !! coefficient [-]
       integer(long) :: at = 0                    !! place of the plane along its axis
       type(region_t), allocatable :: unbonded(:) !! of faces of each level, from 0 on: what is not bonded
@@ -35,56 +33,6 @@ module hampm_plane_cuts
    end type plane_cut_t
 
 contains
-
-   !> Find the fronts of all of them, where they are now, each with the number of that of the same crack before which is nearest. Those that have ended
-   !> keep their numbers, without nodes; those that are new come behind all others.
-   pure subroutine fronts_of(cuts, fronts)
-      type(plane_cut_t), intent(in) :: cuts(:)
-      type(front_t), allocatable, intent(inout) :: fronts(:)
-      type(front_t), allocatable :: before(:), of_cut(:), more(:)
-      real(dp), allocatable :: away(:, :)        ! of the middle of each front from each one before [m]
-      integer :: k, i, j, n, pair(2)
-      if (allocated(fronts)) call move_alloc(fronts, before)
-      if (.not. allocated(before)) allocate (before(0))
-      fronts = before
-      do i = 1, size(before)
-         fronts(i)%region_t = cuts(before(i)%crack)%region_t
-         fronts(i)%at = before(i)%at(:, :0)
-         fronts(i)%outward = before(i)%outward(:, :0)
-         fronts(i)%arc = before(i)%arc(:0)
-         fronts(i)%on_outline = before(i)%on_outline(:0)
-      end do
-      do k = 1, size(cuts)
-         call find_fronts(cuts(k)%region_t, cuts(k)%lower, cuts(k)%upper, cuts(k)%spacing, of_cut)
-         of_cut%crack = k
-         allocate (away(size(of_cut), size(before)), source=huge(1.0_dp))
-         do j = 1, size(before)
-            if (before(j)%crack /= k .or. before(j)%n() == 0) cycle
-            do i = 1, size(of_cut)
-               associate (middle => of_cut(i)%at(:, of_cut(i)%n()/2 + 1))
-                  away(i, j) = sqrt(minval(sum((before(j)%at - spread(middle, 2, before(j)%n()))**2, dim=1)))
-               end associate
-            end do
-         end do
-         do while (any(away < huge(away)))
-            pair = minloc(away)
-            fronts(pair(2)) = of_cut(pair(1))
-            of_cut(pair(1))%crack = 0
-            away(pair(1), :) = huge(away)
-            away(:, pair(2)) = huge(away)
-         end do
-         deallocate (away)
-         n = size(fronts)
-         allocate (more(n + count(of_cut%crack == k)))
-         more(:n) = fronts
-         do i = 1, size(of_cut)
-            if (of_cut(i)%crack == 0) cycle
-            n = n + 1
-            more(n) = of_cut(i)
-         end do
-         call move_alloc(more, fronts)
-      end do
-   end subroutine fronts_of
 
    !> Find what of the faces of each level is not bonded.
    pure subroutine find_unbonded(cut, forest)

@@ -388,12 +388,12 @@ contains
          do k = 1, m%recorded_fronts
             if (k > 1) history%of_tip = '_front'//to_text(k)
             call record_front(m%fronts(k), history)
-            if (growing%are_there() .and. growing%is_static) call record_points(growing, model, m%fronts, k, history)
+            if (growing%are_there() .and. growing%is_static) call record_points(growing, model, cracks, m%fronts, k, history)
          end do
          do k = 1, merge(size(model%planes), 0, allocated(growing%planes))
             history%of_tip = ''
             if (k > 1) history%of_tip = '_crack'//to_text(k)
-            if (growing%planes(k)%grows) call record_plane(growing%planes(k), grid%planes(k), history)
+            if (growing%planes(k)%grows) call record_plane(growing%planes(k), cracks%regions(k), history)
          end do
          history%of_tip = ''
          if (size(m%crack) > 0 .and. size(model%constraints) > 0) &

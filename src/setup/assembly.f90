@@ -5,16 +5,15 @@ module hampm_assembly
    use hampm_bodies, only: pieces_t, cut_into_pieces, fill_rectangle, fill_outline
    use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box, hold_axis
-   use hampm_crack_placement, only: distance_in_material, body_at, held_ahead, &
-                                  finest_cell, find_region, least_radius
+   use hampm_crack_placement, only: distance_in_material, body_at, held_ahead, region_in, least_radius
    use hampm_crack_tip, only: frame_along
-   use hampm_cracks, only: crack_t, cracks_t, last_point
+   use hampm_cracks, only: crack_t, cracks_t, last_point, take_planes
    use hampm_domains, only: start_domains
    use hampm_equilibrium, only: equilibrium_t
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
    use hampm_grid_building, only: build_grid
-   use hampm_plane_cuts, only: plane_cut_t, fronts_of
+   use hampm_plane_cuts, only: plane_cut_t
    use hampm_integrator, only: integrator_t
    use hampm_load_placement, only: into_half
    use hampm_local_leapfrog, only: local_leapfrog_t
@@ -192,14 +191,13 @@ contains
       allocate (planes(size(model%planes)))
       do k = 1, size(planes)
          associate (plane => planes(k))
-            call find_region(model, model%planes(k), plane%lower, plane%upper, plane%region_t)
-            plane%spacing = finest_cell(model)
+            plane%region_t = region_in(model, model%planes(k))
             plane%contact = model%planes(k)%contact
             plane%friction = model%planes(k)%friction
             plane%moves = any(model%growth%path == k .and. .not. model%growth%law%is_static)
          end associate
       end do
-      call fronts_of(planes, cracks%fronts)
+      call take_planes(cracks, planes)
    end subroutine place_planes
 
    !> Let a crack that may appear wait for that.

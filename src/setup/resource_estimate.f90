@@ -5,7 +5,7 @@
 module hampm_resource_estimate
    use hampm_kinds, only: dp, ndim
    use hampm_body_group, only: area_in_box
-   use hampm_crack_placement, only: find_region, finest_cell
+   use hampm_crack_placement, only: region_in
    use hampm_failure, only: failure_t, exit_input
    use hampm_front, only: front_t, find_fronts, region_t
    use hampm_json, only: member
@@ -151,12 +151,11 @@ contains
       type(model_t), intent(in) :: model
       type(front_t), allocatable :: fronts(:)
       type(region_t) :: region
-      real(dp) :: lower(ndim), upper(ndim)
       integer :: k
       front_length = 0
       do k = 1, size(model%planes)
-         call find_region(model, model%planes(k), lower, upper, region)
-         call find_fronts(region, lower, upper, finest_cell(model), fronts)
+         region = region_in(model, model%planes(k))
+         call find_fronts(region, fronts)
          front_length = front_length + sum(fronts%length)*merge(0.5_dp, 1.0_dp, region%is_symmetry)
       end do
    end function front_length

@@ -3,7 +3,7 @@ module hampm_continuation
    use hampm_assembly, only: assemble, choose_integrator
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_crack_carrying, only: attach_cracks, archive_carried
-   use hampm_cracks, only: archive_cracks
+   use hampm_cracks, only: archive_cracks, take_planes
    use hampm_failure, only: failure_t, exit_stopped
    use hampm_growing, only: new_growing, archive_growing
    use hampm_outer_forces, only: scale_loads
@@ -12,7 +12,6 @@ module hampm_continuation
    use hampm_refinement, only: archive_refinement
    use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, rebuild_on_mesh
-   use hampm_plane_cuts, only: fronts_of
    use hampm_problem_checkpoint, only: keep_problem
    use hampm_text, only: to_text
    use hampm_threads, only: use_threads
@@ -80,7 +79,7 @@ contains
          call see_around_tips(model, s%cracks)
          if (s%growing%are_there() .and. s%growing%is_static) call scale_loads(s%problem, s%growing%load_factor)
          call keep_problem(checkpoint, s%cracks, s%problem)
-         if (allocated(s%problem%grid%planes)) call fronts_of(s%problem%grid%planes, s%cracks%fronts)
+         if (allocated(s%problem%grid%planes)) call take_planes(s%cracks, s%problem%grid%planes)
       end if
       if (.not. (failure%failed() .or. checkpoint%failure%failed())) then
          call use_threads(threads, s%problem%particles%n)

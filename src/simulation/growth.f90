@@ -8,9 +8,9 @@ module hampm_growth
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_dynamic_front_growth, only: law_of_plane, ways_of_fronts, find_speeds, note_state
-   use hampm_moving_front, only: advance_region
+   use hampm_moving_front, only: advance_region, fronts_of
    use hampm_nodal_state, only: internal_force, external_force
-   use hampm_plane_cuts, only: fronts_of, find_unbonded, open_more
+   use hampm_plane_cuts, only: find_unbonded, open_more
    use hampm_plane_points, only: follow_fronts, late_release
    use hampm_fatigue, only: count_cycles, has_fractured, has_loads, largest_loads
    use hampm_static_front_growth, only: ratios_of_points, advance_points, at_points, even_out_points, book_points, take_points
@@ -104,11 +104,11 @@ contains
                end if
                if (.not. growing%grows .or. growing%has_stopped) cycle
                ways = ways_of_fronts(s%model, s%cracks, s%growing%planes, s%growing%fronts, k, time, s%dt)
-               call advance_region(plane%region_t, pack(s%cracks%fronts, s%cracks%fronts%crack == k), ways, plane%lower, &
-                                   plane%upper, plane%spacing, meets_itself)
+               call advance_region(s%cracks%regions(k), pack(s%cracks%fronts, s%cracks%fronts%crack == k), ways, meets_itself)
+               plane%region_t = s%cracks%regions(k)
                have_moved = have_moved .or. any(ways > 0)
                call find_unbonded(plane, m%grid%forest)
-               call fronts_of(m%grid%planes, s%cracks%fronts)
+               call fronts_of(s%cracks%regions, s%cracks%fronts)
                call note_state(growing, k, s%cracks, ways, m%materials(1), time, s%dt, meets_itself, s%warning)
             end associate
          end do
