@@ -3,7 +3,7 @@ module hampm_growth_room
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
    use hampm_crack_placement, only: held_ahead, least_radius, distance_in_material, body_at, is_covered, distance_to_loads, &
-                                    distance_to_body, distance_to_others, layer_around, sides_of_tip
+                                    distance_to_others, layer_around, sides_of_tip
    use hampm_crack_lines, only: find_nearest_segment, room_on_line
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t, first_point
@@ -56,7 +56,7 @@ contains
       if (allocated(tip%ends_at)) deallocate (tip%ends_at)
       do body = 1, size(model%bodies)
          if (are_alike(model, body, here)) cycle
-         distance = distance_to_body(model, body, tip%place)
+         distance = model%bodies(body)%room_beside(tip%place)
          if (radius - distance <= tolerance(model%grid)) cycle
          layer = layer_around(model, body, tip%place, tip%axis(:, 1))
          tip%has_layers = tip%has_layers .or. layer > tolerance(model%grid)

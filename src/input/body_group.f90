@@ -1,15 +1,15 @@
 !> The group &body: its row in the table of groups, its keys, and their values in a model.
 module hampm_body_group
    use hampm_kinds, only: dp, ndim, name_len
+   use hampm_body_shape, only: body_shape_t, rectangle_ring
    use hampm_key_rows, only: zeros, along_x, near_side, far_side, group_t, key_t, type_real, type_integer, type_name, &
                              type_text, repeats, &
                              is_required, any_number, not_negative, positive, type_logical, max_values
-   use hampm_outline, only: outline_t, ring_t, polygon_ring, circle_ring, box_ring, cylinder_ring
+   use hampm_outline, only: ring_t, polygon_ring, circle_ring, cylinder_ring
    use hampm_settings, only: settings_t
-   use hampm_tensors, only: norm, in_plane
    implicit none
    private
-   public :: body_group, body_keys, body_t, profile_t, hole_t, fill_bodies, fill_holes, outline_of, area_in_box
+   public :: body_group, body_keys, body_t, profile_t, hole_t, fill_bodies, fill_holes
 
    type(group_t), parameter :: body_group = group_t('body', repeats, is_required, &
       'a piece of material, or a hole in one; bodies must not overlap')
@@ -63,13 +63,10 @@ module hampm_body_group
    end type profile_t
 
    !> &body: a piece of material.
-   type :: body_t
+   type, extends(body_shape_t) :: body_t
       character(name_len) :: material = ''       !! name of its material
       integer :: material_index = 0              !! position of that material in `model_t%materials`
       character(name_len) :: shape = ''          !! 'rectangle', 'polygon', 'circle', 'cylinder' or 'sphere'
-      real(dp) :: lower(ndim) = 0                !! corner of the box around it [m]
-      real(dp) :: upper(ndim) = 0                !! [m]
-      type(outline_t) :: outline                 !! none of a rectangle without holes
       integer :: points_per_cell = 0             !! material points per cell and direction
       real(dp) :: velocity(ndim) = 0             !! initial velocity of its middle [m/s]
       real(dp) :: spin(n_spins) = 0              !! initial angular velocity around that [rad/s]
@@ -120,9 +117,9 @@ contains
          call take_ring(settings, settings%find('body', i), holes(n)%ring)
          if (.not. is_ring(holes(n)%ring)) cycle
          do k = 1, size(bodies)
-            if (is_within(holes(n)%ring, bodies(k))) holes(n)%body = k
+            if (bodies(k)%surrounds(holes(n)%ring)) holes(n)%body = k
          end do
-         if (holes(n)%body > 0) call add_hole(bodies(holes(n)%body), holes(n)%ring)
+         if (holes(n)%body > 0) call bodies(holes(n)%body)%add_hole(holes(n)%ring)
       end do
    end subroutine fill_holes
 
@@ -135,32 +132,6 @@ contains
       is_hole = settings%flag(entry, 'hole')
    end function is_hole
 
-   !> Whether a hole is inside the outer ring of a body. What touches it is not. In solids it may go on outside the box around the ring, from within.
-   pure logical function is_within(hole, body) result(within)
-      type(ring_t), intent(in) :: hole
-      type(body_t), intent(in) :: body
-      integer, parameter :: looks = 720          ! around a circle
-      real(dp), allocatable :: x(:, :)
-      integer :: k
-      allocate (x, source=hole%corners(looks))
-      if (ndim > 2) then
-         within = all(hole%lower() < body%upper .and. hole%upper() > body%lower)
-         if (within .and. body%outline%is_there()) within = &
-            all([(body%outline%rings(1)%distance(min(max(x(:, k), body%lower), body%upper)) <= epsilon(1.0)*norm(body%upper &
-               - body%lower) .or. body%outline%rings(1)%encloses(min(max(x(:, k), body%lower), body%upper)), k=1, size(x, 2))])
-         return
-      end if
-      if (body%outline%is_there()) then
-         associate (outer => body%outline%rings(1))
-            within = all([(outer%encloses(x(:, k)) .and. outer%distance(x(:, k)) > 0, k=1, size(x, 2))])
-            if (within .and. .not. outer%is_circle) &
-               within = .not. any([(hole%encloses(outer%points(:, k)), k=1, size(outer%points, 2))])
-         end associate
-      else
-         within = all(hole%lower() > body%lower) .and. all(hole%upper() < body%upper)
-      end if
-   end function is_within
-
    !> Whether a ring has an inside.
    pure logical function is_ring(ring)
       type(ring_t), intent(in) :: ring
@@ -168,52 +139,6 @@ contains
       if (ring%axis > 0) is_ring = is_ring .and. ring%ends(2) > ring%ends(1)
       if (allocated(ring%points)) is_ring = size(ring%points, 2) > 4 - ndim
    end function is_ring
-
-   !> Add a hole to the outline of a body, which begins as a rectangle.
-   pure subroutine add_hole(body, hole)
-      type(body_t), intent(inout) :: body
-      type(ring_t), intent(in) :: hole
-      type(outline_t) :: before
-      before = outline_of(body)
-      body%outline = outline_t()
-      allocate (body%outline%rings(size(before%rings) + 1))
-      body%outline%rings(:size(before%rings)) = before%rings
-      body%outline%rings(size(before%rings) + 1) = hole
-   end subroutine add_hole
-
-   !> The outline of a body, also of a rectangle.
-   pure type(outline_t) function outline_of(body) result(outline)
-      type(body_t), intent(in) :: body
-      if (body%outline%is_there()) then
-         allocate (outline%rings, source=body%outline%rings)
-      else
-         allocate (outline%rings(1))
-         outline%rings(1) = rectangle_ring(body%lower, body%upper)
-      end if
-   end function outline_of
-
-   !> Area of what of a body is in a box [m2], in solids the volume [m3].
-   pure real(dp) function area_in_box(body, lower, upper) result(area)
-      type(body_t), intent(in) :: body
-      real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
-      real(dp) :: m(0:ndim)
-      if (body%outline%is_there()) then
-         m = body%outline%moments(lower, upper)
-         area = m(0)
-      else
-         area = product(max(min(body%upper, upper) - max(body%lower, lower), 0.0_dp))
-      end if
-   end function area_in_box
-
-   !> The ring of a rectangle, or of a box.
-   pure type(ring_t) function rectangle_ring(lower, upper) result(ring)
-      real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
-      if (ndim > 2) then
-         ring = box_ring(lower, upper)
-      else
-         ring = polygon_ring(reshape([lower, in_plane(upper(1), lower(2)), upper, in_plane(lower(1), upper(2))], [ndim, 4]))
-      end if
-   end function rectangle_ring
 
    !> The ring that a group describes; one without an inside where keys are missing or wrong.
    pure subroutine take_ring(settings, entry, ring)

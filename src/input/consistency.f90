@@ -3,11 +3,11 @@
 !> bodies has cells and cracks with which it goes; and whether cracks run along the domains of particles of `shape_functions = 'cpdi'`.
 !> A check whose ingredients were already found to be wrong is passed over.
 module hampm_consistency
-   use hampm_body_group, only: body_t, outline_of, profile_t
+   use hampm_body_group, only: body_t, profile_t
    use hampm_cohesive_consistency, only: check_cohesive
    use hampm_crack_consistency, only: check_crack, check_energy_release
    use hampm_growth_consistency, only: check_growth, check_nucleations
-   use hampm_joints, only: gap_between, groups_of_bodies, velocity_fields_of
+   use hampm_joints, only: groups_of_bodies, velocity_fields_of
    use hampm_kinds, only: dp, name_len, ndim
    use hampm_tensors, only: norm
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
@@ -18,7 +18,7 @@ module hampm_consistency
                               spacing_of
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
-   use hampm_shape_consistency, only: check_shape, check_holes, outlines_overlap
+   use hampm_shape_consistency, only: check_shape, check_holes
    use hampm_stability_consistency, only: check_stability
    use hampm_text, only: to_text, length_text, three_digits, did_you_mean
    use hampm_crack_placement, only: body_at
@@ -185,11 +185,8 @@ contains
             if (has_grid) call check_within_grid(model, settings, i)
             do j = 1, i - 1
                if (.not. usable(j)) cycle
-               if (.not. overlap(body%lower, body%upper, model%bodies(j)%lower, model%bodies(j)%upper, tol)) cycle
-               if (body%outline%is_there() .or. model%bodies(j)%outline%is_there()) then
-                  if (.not. outlines_overlap(outline_of(body), outline_of(model%bodies(j)), tol)) cycle
-               end if
-               call settings%complain(entry, place_key(body), 'the body must not overlap body '//to_text(j))
+               if (body%overlaps(model%bodies(j), tol)) &
+                  call settings%complain(entry, place_key(body), 'the body must not overlap body '//to_text(j))
             end do
          end associate
       end do
@@ -240,7 +237,7 @@ contains
       first = groups_of_bodies(model)
       do i = 2, size(first)
          if (first(i) < i) cycle
-         gap = minval([(gap_between(model, i, j), j=1, size(first))], mask=first /= i)
+         gap = minval([(model%bodies(i)%gap_to(model%bodies(j)), j=1, size(first))], mask=first /= i)
          call settings%complain(settings%find('body', i), place_key(model%bodies(i)), &
                                 'the body must touch the others with &method '// &
                                 'frame = ''total'', not lie '//length_text(gap)//' m from the next: in that frame bodies never '// &

@@ -2,10 +2,9 @@
 !> integral may reach.
 module hampm_crack_placement
    use hampm_kinds, only: dp, ndim, long
-   use hampm_body_group, only: outline_of
    use hampm_front, only: region_t, region_of
    use hampm_outline, only: walls_of
-   use hampm_placement, only: tolerance, within, is_part_of, overlap
+   use hampm_placement, only: tolerance, within, overlap
    use hampm_crack_groups, only: plane_spec_t
    use hampm_crack_lines, only: segment_at
    use hampm_law, only: law_row_t
@@ -18,7 +17,7 @@ module hampm_crack_placement
    private
    public :: distance_in_material, body_at, least_radius, domain_radii, is_covered, held_ahead, covered_radius, &
              distance_to_loads, distance_to_constraints, path_at, is_other_within, is_layer, sides_of_tip, face_normal, &
-             distance_to_others, distance_to_body, layer_around, finest_cell, region_in, take_toughness
+             distance_to_others, layer_around, finest_cell, region_in, take_toughness
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
@@ -51,7 +50,7 @@ contains
       integer :: k
       body = 0
       do k = 1, size(model%bodies)
-         if (.not. is_part_of(point, model%bodies(k), tolerance(model%grid))) cycle
+         if (.not. model%bodies(k)%holds(point, tolerance(model%grid))) cycle
          if (body > 0) then
             if (.not. leads(model, k, body)) cycle
          end if
@@ -90,7 +89,7 @@ contains
       if (.not. any(model%bodies%toughness > 0)) return
       x = merge(ahead, place, body_at(model, ahead) > 0)
       do k = 1, size(model%bodies)
-         if (.not. is_part_of(x, model%bodies(k), tolerance(model%grid))) cycle
+         if (.not. model%bodies(k)%holds(x, tolerance(model%grid))) cycle
          associate (toughness => model%bodies(k)%toughness)
             advance%is_of_seam = advance%is_of_seam .or. (advance%or_of_growth .or. advance%of_body > 0) .and. &
                                  (.not. abs(toughness - advance%of_body) <= 0 .or. (advance%or_of_growth .and. toughness > 0))
@@ -162,21 +161,9 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: body
       real(dp), intent(in) :: tip(ndim), radius  !! [m]
-      is = radius - distance_to_body(model, body, tip) > tolerance(model%grid)
+      is = radius - model%bodies(body)%room_beside(tip) > tolerance(model%grid)
       if (is) is = .not. are_alike(model, body, body_at(model, tip))
    end function is_other_within
-
-   !> The half width of the largest square around a tip that a body does not reach into [m]; 0 at its edge, and in it.
-   pure real(dp) function distance_to_body(model, body, tip) result(distance)
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: body
-      real(dp), intent(in) :: tip(ndim)          !! [m]
-      associate (b => model%bodies(body))
-         distance = max(0.0_dp, maxval([b%lower - tip, tip - b%upper]))
-         if (b%outline%is_there()) distance = max(distance, merge(0.0_dp, b%outline%distance(tip)/sqrt(real(ndim, dp)), &
-                                                                  b%outline%covers(tip)))
-      end associate
-   end function distance_to_body
 
    !> The largest radius around a tip within which there are no other materials but in layers along the crack [m]; huge where there is no bound.
    pure real(dp) function distance_to_others(model, tip, direction) result(distance)
@@ -188,7 +175,7 @@ contains
       if (here == 0) return
       do body = 1, size(model%bodies)
          if (.not. are_alike(model, body, here)) &
-            distance = min(distance, max(distance_to_body(model, body, tip), layer_around(model, body, tip, direction)))
+            distance = min(distance, max(model%bodies(body)%room_beside(tip), layer_around(model, body, tip, direction)))
       end do
    end function distance_to_others
 
@@ -381,7 +368,7 @@ contains
       if (.not. has_shapes(model)) return
       allocate (region%bodies(count(has)))
       do k = 1, size(has)
-         if (has(k)) region%bodies(count(has(:k))) = outline_of(model%bodies(k))
+         if (has(k)) region%bodies(count(has(:k))) = model%bodies(k)%whole_outline()
       end do
       region%walls = walls_of(region%bodies)
    end function region_in

@@ -7,7 +7,7 @@ module hampm_input_warnings
    use hampm_crack_placement, only: body_at
    use hampm_edge_parts, only: edge_part_t
    use hampm_history_resolution, only: begins_too_late, coarse_histories
-   use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, velocity_fields_of
+   use hampm_joints, only: do_touch, holds_material, share_nodes, velocity_fields_of
    use hampm_law, only: value_of
    use hampm_path_placement, only: path_tip, path_direction, path_outside, path_tips
    use hampm_placement, only: upper_corner, points_of, spacing_of, tolerance, point_text
@@ -208,9 +208,10 @@ contains
          do j = 1, i - 1
             if (velocity_field(i) /= velocity_field(j)) cycle
             if (do_touch(model, i, j) .or. .not. share_nodes(model, i, j)) cycle
-            call add(text, 'bodies '//to_text(j)//' and '//to_text(i)//' are '//length_text(gap_between(model, i, j))// &
-                     ' m apart, but no whole cell is free between them: they act on each other from the start, as if they '// &
-                     'touched. Use smaller &grid cell, &contact, or a &crack where they are to separate')
+            call add(text, 'bodies '//to_text(j)//' and '//to_text(i)//' are '// &
+                     length_text(model%bodies(i)%gap_to(model%bodies(j)))//' m apart, but no whole cell is free between '// &
+                     'them: they act on each other from the start, as if they touched. Use '// &
+                     'smaller &grid cell, &contact, or a &crack where they are to separate')
          end do
       end do
    end subroutine check_gaps

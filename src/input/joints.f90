@@ -3,14 +3,12 @@
 !> same.
 module hampm_joints
    use hampm_kinds, only: dp, ndim
-   use hampm_tensors, only: norm
-   use hampm_body_group, only: body_t, area_in_box, outline_of
-   use hampm_outline, only: outline_t
+   use hampm_body_group, only: body_t
    use hampm_placement, only: tolerance
    use hampm_model, only: model_t
    implicit none
    private
-   public :: do_touch, share_nodes, gap_between, groups_of_bodies, velocity_fields_of, holds_material
+   public :: do_touch, share_nodes, groups_of_bodies, velocity_fields_of, holds_material
 
 contains
 
@@ -18,45 +16,8 @@ contains
    pure logical function do_touch(model, i, j)
       type(model_t), intent(in) :: model
       integer, intent(in) :: i, j                !! which bodies
-      do_touch = gap_between(model, i, j) <= tolerance(model%grid)
+      do_touch = model%bodies(i)%gap_to(model%bodies(j)) <= tolerance(model%grid)
    end function do_touch
-
-   !> Distance between two bodies of a model [m].
-   pure real(dp) function gap_between(model, i, j) result(gap)
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: i, j                !! which bodies
-      associate (a => model%bodies(i), b => model%bodies(j))
-         gap = norm(max(a%lower - b%upper, b%lower - a%upper, 0.0_dp))
-         if (a%outline%is_there() .or. b%outline%is_there()) gap = max(gap, gap_of_outlines(outline_of(a), outline_of(b)))
-      end associate
-   end function gap_between
-
-   !> Distance between the lines of two outlines [m].
-   pure real(dp) function gap_of_outlines(a, b) result(gap)
-      type(outline_t), intent(in) :: a, b
-      integer, parameter :: looks = 720          ! at a solid
-      integer :: i, j, k
-      gap = huge(gap)
-      do i = 1, size(a%rings)
-         do j = 1, size(b%rings)
-            associate (p => a%rings(i), q => b%rings(j))
-               if (ndim > 2) then
-                  associate (x => p%corners(looks), y => q%corners(looks))
-                     gap = min(gap, minval([(q%distance(x(:, k)), k=1, size(x, 2))]), &
-                               minval([(p%distance(y(:, k)), k=1, size(y, 2))]))
-                  end associate
-               else if (p%is_circle) then
-                  gap = min(gap, abs(q%distance(p%center) - p%radius))
-               else if (q%is_circle) then
-                  gap = min(gap, abs(p%distance(q%center) - q%radius))
-               else
-                  gap = min(gap, minval([(q%distance(p%points(:, k)), k=1, size(p%points, 2))]), &
-                            minval([(p%distance(q%points(:, k)), k=1, size(q%points, 2))]))
-               end if
-            end associate
-         end do
-      end do
-   end function gap_of_outlines
 
    !> Whether cells of the lattice that two bodies reach into have a common node.
    pure logical function share_nodes(model, i, j)
@@ -84,8 +45,8 @@ contains
             to = aint(min(last, last_node(model, body)))
             if (any(from > to)) cycle
             holds_material = holds_material .or. .not. body%outline%is_there()
-            if (.not. holds_material) holds_material = area_in_box(body, model%grid%lower + (from - 1)*model%grid%cell, &
-                                                                   model%grid%lower + (to + 1)*model%grid%cell) > 0
+            if (.not. holds_material) holds_material = body%area_in(model%grid%lower + (from - 1)*model%grid%cell, &
+                                                                    model%grid%lower + (to + 1)*model%grid%cell) > 0
          end associate
       end do
    end function holds_material

@@ -1,12 +1,11 @@
 !> Whether constraints and loads act on something: on nodes of the lattice, on material.
 module hampm_load_consistency
-   use hampm_body_group, only: area_in_box
    use hampm_load_groups, only: check_history
    use hampm_joints, only: holds_material
    use hampm_kinds, only: dp, ndim, plane
    use hampm_crack_placement, only: path_at
    use hampm_load_placement, only: is_on_faces, find_edge_normal
-   use hampm_placement, only: tolerance, nodes_touched, is_part_of, point_text
+   use hampm_placement, only: tolerance, nodes_touched, point_text
    use hampm_model, only: model_t, load_spec_t, constraint_spec_t, path_of, plane_of, has_shapes
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: comes_near_edges
@@ -156,14 +155,14 @@ contains
          associate (body => model%bodies(i))
             select case (load%kind)
              case ('point')
-               found = found .or. is_part_of(load%lower, body, tol)
+               found = found .or. body%holds(load%lower, tol)
              case ('traction', 'pressure', 'absorbing')
                if (body%outline%is_there()) then
                   found = found .or. size(body%outline%parts_in_box(load%lower, load%upper, tol, model%grid%lower, &
                                                                     model%grid%cell, load%side)) > 0
                end if
              case ('body')
-               found = found .or. area_in_box(body, load%lower, load%upper) > 0
+               found = found .or. body%area_in(load%lower, load%upper) > 0
             end select
          end associate
       end do

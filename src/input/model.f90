@@ -1,7 +1,7 @@
 !> What the user asked for: one type for each group of the namelist, after validation, in SI units. What the keys are, and how they
 !> come from the text, is beside these types in the modules of the groups.
 module hampm_model
-   use hampm_body_group, only: area_in_box, body_t, hole_t, fill_bodies, fill_holes, outline_of
+   use hampm_body_group, only: body_t, hole_t, fill_bodies, fill_holes
    use hampm_edge_parts, only: edge_part_t
    use hampm_outline, only: outline_t
    use hampm_load_groups, only: constraint_spec_t, fill_constraints, load_spec_t, fill_loads
@@ -190,7 +190,7 @@ contains
                upper = grid%lower + grid%cells*grid%cell
             end if
             do b = 1, size(model%bodies)
-               outline = outline_of(model%bodies(b))
+               outline = model%bodies(b)%whole_outline()
                parts = outline%parts_in_box(lower, upper, position_tolerance(grid%cell, grid%lower, grid%lower + &
                                             grid%cells*grid%cell), lower, sqrt(huge(1.0_dp)), load%side)
                if (size(parts) == 0) cycle
@@ -266,7 +266,7 @@ contains
       integer :: i
       area = 0
       do i = 1, size(model%bodies)
-         if (may_have_cracks(i)) area = area + area_in_box(model%bodies(i), x - reach, x + reach)
+         if (may_have_cracks(i)) area = area + model%bodies(i)%area_in(x - reach, x + reach)
       end do
    contains
       !> Whether a body is the first one or of its part: with contact all others are apart from the material with the cracks, also where they touch it.

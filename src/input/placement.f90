@@ -9,7 +9,7 @@ module hampm_placement
    implicit none
    private
    public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, points_of, spacing_of, particle_number, &
-             most_particles, is_part_of, point_text, nearest_node
+             most_particles, point_text, nearest_node
 
    real(dp), parameter :: most_particles = 2e9_dp   !! their indices must fit an integer
 
@@ -70,14 +70,6 @@ contains
       at_end = abs(lower - body%lower) <= tol .or. abs(lower - body%upper) <= tol
       on_face = count(flat) == 1 .and. all(at_end .or. .not. flat) .and. within(lower, upper, body%lower, body%upper, tol)
    end function on_face
-
-   !> Whether a point is in a body or on its edge.
-   pure logical function is_part_of(point, body, tol)
-      real(dp), intent(in) :: point(ndim), tol     !! [m]
-      type(body_t), intent(in) :: body
-      is_part_of = within(point, point, body%lower, body%upper, tol)
-      if (is_part_of .and. body%outline%is_there()) is_part_of = body%outline%covers_within(point, tol)
-   end function is_part_of
 
    !> The node of the lattice that is nearest to a point [m].
    pure function nearest_node(grid, point) result(node)

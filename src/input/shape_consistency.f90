@@ -2,18 +2,16 @@
 !> crossings, holes inside bodies.
 module hampm_shape_consistency
    use hampm_kinds, only: dp, ndim
-   use hampm_outline, only: outline_t, ring_t
+   use hampm_body_shape, only: rings_overlap
    use hampm_placement, only: point_text
-   use hampm_polygon, only: area_of, distance_to_segment, do_cross, find_crossing
+   use hampm_polygon, only: area_of, find_crossing
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
-   use hampm_tensors, only: norm, quarter_turn
+   use hampm_tensors, only: norm
    use hampm_text, only: to_text
    implicit none
    private
-   public :: check_shape, check_holes, outlines_overlap, comes_near_edges
-
-   integer, parameter :: looks = 720             !! around a circle
+   public :: check_shape, check_holes, comes_near_edges
 
 contains
 
@@ -135,73 +133,4 @@ contains
       end do
    end subroutine check_holes
 
-   !> Whether two bodies have more in common than an edge. Holes are looked at where a body is in that of another one.
-   pure logical function outlines_overlap(a, b, tolerance)
-      type(outline_t), intent(in) :: a, b        !! that are there
-      real(dp), intent(in) :: tolerance          !! distance below which places are the same [m]
-      integer :: k
-      outlines_overlap = rings_overlap(a%rings(1), b%rings(1), tolerance)
-      if (.not. outlines_overlap) return
-      do k = 2, size(a%rings)
-         if (is_inside(b%rings(1), a%rings(k), tolerance)) outlines_overlap = .false.
-      end do
-      do k = 2, size(b%rings)
-         if (is_inside(a%rings(1), b%rings(k), tolerance)) outlines_overlap = .false.
-      end do
-   end function outlines_overlap
-
-   !> Whether all of a ring is inside another one, or on it.
-   pure logical function is_inside(inner, outer, tolerance)
-      type(ring_t), intent(in) :: inner, outer
-      real(dp), intent(in) :: tolerance
-      real(dp), allocatable :: x(:, :)
-      integer :: k
-      allocate (x, source=inner%corners(looks))
-      is_inside = all([(outer%encloses(x(:, k)) .or. outer%distance(x(:, k)) <= tolerance, k=1, size(x, 2))])
-   end function is_inside
-
-   !> Whether the insides of two rings have a point in common: sides cross, or a corner, a middle of a side or the middle of the inside of
-   !> one is in the other.
-   pure logical function rings_overlap(a, b, tolerance) result(overlap)
-      type(ring_t), intent(in) :: a, b
-      real(dp), intent(in) :: tolerance          !! [m]
-      real(dp), allocatable :: x(:, :), y(:, :)
-      integer :: i, j
-      overlap = .false.
-      if (any(a%upper() <= b%lower() + tolerance .or. b%upper() <= a%lower() + tolerance)) return
-      x = a%corners(looks)
-      y = b%corners(looks)
-      overlap = has_point_of(a, y) .or. has_point_of(b, x)
-      if (ndim > 2) overlap = overlap .or. .not. (a%is_circle .or. b%is_circle) ! boxes
-      if (overlap .or. ndim > 2) return
-      do i = 1, size(x, 2)
-         do j = 1, size(y, 2)
-            associate (p => x(:, i), q => x(:, mod(i, size(x, 2)) + 1), r => y(:, j), s => y(:, mod(j, size(y, 2)) + 1))
-               if (.not. do_cross(p, q, r, s)) cycle
-               if (min(distance_to_segment(p, r, s), distance_to_segment(q, r, s), &
-                       distance_to_segment(r, p, q), distance_to_segment(s, p, q)) <= tolerance) cycle
-               overlap = .true.
-               return
-            end associate
-         end do
-      end do
-   contains
-      !> Whether a corner or a middle of a side, or a point of the inside, of a polygon is inside a ring.
-      pure logical function has_point_of(ring, corner)
-         type(ring_t), intent(in) :: ring
-         real(dp), intent(in) :: corner(:, :)
-         real(dp) :: at(ndim), inward(ndim)
-         integer :: k
-         has_point_of = .false.
-         do k = 1, size(corner, 2)
-            associate (from => corner(:, k), to => corner(:, mod(k, size(corner, 2)) + 1))
-               inward = 0
-               if (ndim == 2) inward = quarter_turn(to - from)/norm(to - from)
-               at = (from + to)/2 + 4*tolerance*inward
-               has_point_of = has_point_of .or. (ring%encloses(from) .and. ring%distance(from) > 4*tolerance) .or. &
-                              (ring%encloses(at) .and. ring%distance(at) > 2*tolerance)
-            end associate
-         end do
-      end function has_point_of
-   end function rings_overlap
 end module hampm_shape_consistency

@@ -3,7 +3,6 @@ module hampm_assembly
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: edge_margin
    use hampm_bodies, only: pieces_t, cut_into_pieces, fill_rectangle, fill_outline
-   use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box, hold_axis
    use hampm_crack_placement, only: distance_in_material, body_at, held_ahead, region_in, least_radius
    use hampm_crack_tip, only: frame_along
@@ -66,7 +65,7 @@ contains
       if (has_shapes(model) .and. model%method%frame == 'total') then
          allocate (bodies(size(model%bodies)))
          do k = 1, size(bodies)
-            bodies(k) = outline_of(model%bodies(k))
+            bodies(k) = model%bodies(k)%whole_outline()
          end do
       end if
       if (model%contact%is_wanted()) allocate (velocity_fields, source=velocity_fields_of(model))

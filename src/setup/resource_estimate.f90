@@ -4,7 +4,6 @@
 !> The memory and the stack available to this process, from the files of Linux.
 module hampm_resource_estimate
    use hampm_kinds, only: dp, ndim
-   use hampm_body_group, only: area_in_box
    use hampm_crack_placement, only: region_in
    use hampm_failure, only: failure_t, exit_input
    use hampm_front, only: front_t, find_fronts, region_t
@@ -72,7 +71,7 @@ contains
       integer :: k, columns                         ! of the history
       resources%particles = sum([(particle_number(model, model%bodies(k)), k=1, size(model%bodies))])
       resources%cells = product(real(model%grid%cells, dp))
-      occupied = sum([(area_in_box(model%bodies(k), model%bodies(k)%lower, model%bodies(k)%upper), k=1, size(model%bodies))]) &
+      occupied = sum([(model%bodies(k)%area_in(model%bodies(k)%lower, model%bodies(k)%upper), k=1, size(model%bodies))]) &
                  /model%grid%cell**ndim
       occupied = max(min(occupied, resources%cells), 1.0_dp)
       if (model%refine%by%reach /= '') call refine_around_tips(model, resources, occupied)
