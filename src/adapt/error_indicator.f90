@@ -7,7 +7,6 @@ module hampm_error_indicator
    use hampm_cell_values, only: sum_over_particles
    use hampm_gradient_indicator, only: rounding_of
    use hampm_indicator, only: refinement_t, may_refine, is_in_box
-   use hampm_key_rows, only: key_t, type_real
    use hampm_law, only: value_of
    use hampm_material, only: material_t, are_of_one
    use hampm_problem, only: problem_t, refresh_grid
@@ -15,14 +14,10 @@ module hampm_error_indicator
    use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms
    implicit none
    private
-   public :: mark_by_error, error_keys, estimate_errors, errors_at_particles, energy_of_stress, stress_components
+   public :: mark_by_error, estimate_errors, errors_at_particles, energy_of_stress, stress_components
 
    real(dp), parameter :: marked_part = 0.5_dp   !! of the squared error, in the cells that are refined at once (Doerfler 1996)
    real(dp), parameter :: most_static = 0.8_dp   !! the same where each mesh takes a solution: few of them cost less than few cells
-
-   type(key_t), parameter :: error_keys(*) = [ &
-      key_t('tolerance', type_real, 'of ''zz'': relative error in the energy norm that is aimed at', default='0.02', &
-            allowed='(0, 1)', only_with="indicator = 'zz'")]
 
    integer, parameter :: n_stress = ndim*ndim
 

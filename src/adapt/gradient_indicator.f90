@@ -9,7 +9,6 @@ module hampm_gradient_indicator
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    use hampm_indicator, only: refinement_t, may_refine, is_in_box
-   use hampm_key_rows, only: key_t, type_real, positive, not_negative
    use hampm_law, only: value_of
    use hampm_loads, only: largest_factors
    use hampm_problem, only: problem_t, refresh_grid
@@ -17,15 +16,7 @@ module hampm_gradient_indicator
                              sides_of_cell, middle_of_cell
    implicit none
    private
-   public :: nodal_field, refinement_parameter, mark_by_gradient, rounding_of, gradient_keys
-
-   type(key_t), parameter :: gradient_keys(*) = [ &
-      key_t('r_crit', type_real, 'of ''gradient'': cells whose mean R is above it refine', default='0.03', allowed=positive, &
-            only_with="indicator = 'gradient'"), &
-      key_t('r_coarsen', type_real, 'of ''gradient'': cells whose mean R is below it recombine; 0: never; below r_crit', &
-            default='0.0', allowed=not_negative, only_with="indicator = 'gradient'"), &
-      key_t('energy_floor', type_real, 'of ''gradient'': cells whose field is below this part of its largest value do not refine', &
-            default='1e-3', allowed='[0, 1)', only_with="indicator = 'gradient'")]
+   public :: nodal_field, refinement_parameter, mark_by_gradient, rounding_of
 
 contains
 

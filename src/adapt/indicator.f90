@@ -1,7 +1,7 @@
 !> Interface of a refinement indicator: its name, its column of the history, and the procedure that marks leaves.
 !>
 !> A new indicator is a file with such a procedure and a row in the table of `hampm_indicators`: its choice in `&refine`, its
-!> column, its value in checkpoints, and its rules follow from the row. Its own keys stand in its file, and join `indicator_keys`.
+!> column, its value in checkpoints, and its rules follow from the row. Its own keys stand in src/input/schema/refine.toml.
 module hampm_indicator
    use hampm_kinds, only: dp, ndim, long, name_len
    use hampm_cell_values, only: is_occupied

@@ -1,15 +1,12 @@
-!> The table of indicators of refinement, and the keys of `&refine` that are of some of them only.
+!> The table of indicators of refinement.
 module hampm_indicators
-   use hampm_error_indicator, only: mark_by_error, error_keys
-   use hampm_gradient_indicator, only: mark_by_gradient, gradient_keys
+   use hampm_error_indicator, only: mark_by_error
+   use hampm_gradient_indicator, only: mark_by_gradient
    use hampm_indicator, only: indicator_t, indicator_row_t
-   use hampm_key_rows, only: key_t
-   use hampm_tip_indicator, only: mark_around_tips, tip_keys
+   use hampm_tip_indicator, only: mark_around_tips
    implicit none
    private
-   public :: indicators, indicator_keys
-
-   type(key_t), parameter :: indicator_keys(*) = [gradient_keys, error_keys, tip_keys]
+   public :: indicators
 
 contains
 

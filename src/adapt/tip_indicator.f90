@@ -2,16 +2,11 @@
 module hampm_tip_indicator
    use hampm_kinds, only: dp, ndim
    use hampm_indicator, only: refinement_t, may_refine
-   use hampm_key_rows, only: key_t, type_integer
    use hampm_law, only: value_of
    use hampm_problem, only: problem_t
    implicit none
    private
-   public :: mark_around_tips, tip_keys
-
-   type(key_t), parameter :: tip_keys(*) = [ &
-      key_t('rings', type_integer, 'of ''tip'': cells within so many cells of a crack tip refine, level by level', default='4', &
-            allowed='[1, 1000]', only_with="indicator = 'tip'")]
+   public :: mark_around_tips
 
 contains
 

@@ -7,26 +7,10 @@
 !> with R = K_min/K_max, and K_c from the toughness. None grows where dK is not above the threshold.
 module hampm_fatigue_rates
    use hampm_kinds, only: dp
-   use hampm_key_rows, only: key_t, type_real, not_negative
    use hampm_law, only: constant_t, value_of
    implicit none
    private
-   public :: fatigue_keys, fatigue_rate, retardation
-
-   character(*), parameter :: of_fatigue = "law = 'fatigue'"
-   type(key_t), parameter :: fatigue_keys(*) = [ &
-      key_t('rate_constant', type_real, 'of law = fatigue: C of its rate, m/cycle where the range of K is 1 Pa sqrt(m); of '// &
-            'forman times 1 Pa sqrt(m)', default='0.0', unit='m/(Pa m^0.5)^m', allowed=not_negative, only_with=of_fatigue), &
-      key_t('rate_exponent', type_real, 'of law = fatigue: m of its rate', default='0.0', allowed=not_negative, &
-            only_with=of_fatigue), &
-      key_t('walker_exponent', type_real, 'of rate = walker: the range of K counts as divided by (1 - R)**(1 - walker_exponent)', &
-            default='1.0', allowed=not_negative, only_with="rate = 'walker'"), &
-      key_t('threshold', type_real, 'of law = fatigue: range of K up to which a tip does not grow', default='0.0', &
-            unit='Pa m^0.5', allowed=not_negative, only_with=of_fatigue), &
-      key_t('wheeler_exponent', type_real, 'of law = fatigue: by which growth is slow within the plastic zone of an overload; '// &
-            '0: it is not', default='0.0', allowed=not_negative, only_with=of_fatigue), &
-      key_t('wheeler_stress', type_real, 'yield stress, which tells how large these zones are', default='0.0', unit='Pa', &
-            allowed=not_negative, only_with=of_fatigue)]
+   public :: fatigue_rate, retardation
 
 contains
 

@@ -2,15 +2,14 @@
 !> that it is given.
 !>
 !> A new law is a file with one of these procedures and a row in this table: its choice in `&growth`, its column of the history, and the rules on
-!> what it goes with follow from the row. Keys of its own stand in its file, and join `growth_law_keys`.
+!> what it goes with follow from the row. Keys of its own stand in src/input/schema/growth.toml.
 module hampm_growth_laws
-   use hampm_fatigue_rates, only: fatigue_keys, fatigue_rate
+   use hampm_fatigue_rates, only: fatigue_rate
    use hampm_kinds, only: dp, name_len
-   use hampm_key_rows, only: key_t, type_real, not_negative
    use hampm_law, only: constant_t, value_of
    implicit none
    private
-   public :: growth_law_t, growth_laws, growth_law_keys
+   public :: growth_law_t, growth_laws
 
    !> A row of the table.
    type :: growth_law_t
@@ -50,12 +49,6 @@ module hampm_growth_laws
          real(dp), intent(in) :: part            !! largest K over that of the toughness [-]
       end function rate_of
    end interface
-
-   type(key_t), parameter :: prescribed_keys(*) = [ &
-      key_t('speed', type_real, 'of law = prescribed', default='0.0', unit='m/s', allowed=not_negative, &
-            only_with="law = 'prescribed'")]
-
-   type(key_t), parameter :: growth_law_keys(*) = [prescribed_keys, fatigue_keys]
 
 contains
 

@@ -9,33 +9,11 @@
 !> are the factors of the mix of modes.
 module hampm_toughness
    use hampm_kinds, only: dp, name_len
-   use hampm_key_rows, only: key_t, type_real, type_name, positive, not_negative, max_values
    implicit none
    private
-   public :: advance_t, factors_t, table_t, toughness_keys, direction_of
+   public :: advance_t, factors_t, table_t, direction_of
 
    real(dp), parameter :: degree = acos(-1.0_dp)/180
-
-   type(key_t), parameter :: toughness_keys(*) = [ &
-      key_t('extensions', type_real, 'R-curve: ways that a tip has grown, ascending', example='0.0, 5.0e-3', unit='m', &
-            allowed=not_negative, fewest=0, most=max_values), &
-      key_t('extension_factors', type_real, 'by which the toughness is multiplied there', example='1.0, 2.5', &
-            allowed=positive, fewest=0, most=max_values), &
-      key_t('speeds', type_real, 'of the tip, in motion, ascending', example='0.0, 500.0', unit='m/s', &
-            allowed=not_negative, fewest=0, most=max_values), &
-      key_t('speed_factors', type_real, 'by which the toughness is multiplied there', example='1.0, 3.0', &
-            allowed=positive, fewest=0, most=max_values), &
-      key_t('angles', type_real, 'from x to the left to the direction in which a tip goes, ascending; they repeat after 180', &
-            example='-30.0, 30.0, 90.0', unit='deg', allowed='[-180, 180]', fewest=0, most=max_values), &
-      key_t('angle_factors', type_real, 'by which the toughness is multiplied there', example='1.0, 1.0, 2.0', &
-            allowed=positive, fewest=0, most=max_values), &
-      key_t('mixed_mode', type_name, 'how the toughness rises with mode II', default='none', &
-            allowed='none|hutchinson_suo|benzeggagh_kenane'), &
-      key_t('lambda', type_real, 'of hutchinson_suo: 1 + tan((1 - lambda) psi)**2; 1: no rise, 0: G_I has the toughness', &
-            default='0.3', allowed='[0, 1]'), &
-      key_t('toughness_shear', type_real, 'of benzeggagh_kenane: toughness in mode II', default='0.0', unit='J/m2', &
-            allowed=not_negative), &
-      key_t('mixed_mode_exponent', type_real, 'of benzeggagh_kenane: eta', default='1.0', allowed='[0.1, 100]')]
 
    !> How a tip goes on: what its toughness depends on.
    type :: advance_t

@@ -9,7 +9,7 @@ module hampm_choice_sets
    use hampm_text, only: joined
    implicit none
    private
-   public :: expanded
+   public :: expanded, is_among
 
 contains
 
@@ -31,6 +31,16 @@ contains
          deallocate (names)
       end do
    end function expanded
+
+   !> Whether a name is one of some, or of a set in braces among these.
+   pure logical function is_among(name, names)
+      character(*), intent(in) :: name, names(:)
+      integer :: k
+      is_among = any(names == name)
+      do k = 1, size(names)
+         if (names(k)(1:1) == '{') is_among = is_among .or. any(names_of(names(k)(2:len_trim(names(k)) - 1)) == name)
+      end do
+   end function is_among
 
    !> The names of a set.
    pure function names_of(set) result(names)

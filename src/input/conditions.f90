@@ -1,119 +1,30 @@
-!> Conditions on a model as text: `&crack kind = 'line' | 'path' and &crack contact /= 'none' or cells that are cut`. Words between `and`
+!> Conditions on a model: `&crack kind = 'line' | 'path' and &crack contact /= 'none' or cells that are cut`. Words between `and`
 !> and `or` are a group that is present (`&growth`), a key that the user has set to something else than its default (`&load times`), a key
 !> with one of some values (`=`), with none of them (`/=`), above or below a number (`>`, `<`), or a feature.
 !>
-!> Features of a model that no single key tells: predicates with names, by which rows of the table of rules (`hampm_rules`) mean them.
+!> Features of a model that no single key tells: predicates with names, by which rules of src/input/schema mean them.
 module hampm_conditions
-   use hampm_choice_sets, only: expanded
-   use hampm_keys, only: keys, find_key, first_key, default_count, default_value, is_text
+   use hampm_choice_sets, only: is_among
+   use hampm_key_rows, only: key_t
+   use hampm_keys, only: keys, first_key, default_count, default_value, is_text
    use hampm_kinds, only: ndim, plane, dp
    use hampm_model, only: model_t, cuts_cells, has_shapes, cracks_cut_cells, mass_acts, path_of
-   use hampm_settings, only: row_of, settings_t, setting_t
+   use hampm_rule_table, only: cells_that_are_cut, cracks_that_cut_cells, tips_at_no_nodes, several_cracks, several_bodies, &
+                               edges_that_are_no_grid_lines, growth_by_laws_of_both_kinds, something_that_growth_scales, &
+                               growth_scales_forces_beside_motions, a_shear_of_the_eigenstrain, &
+                               a_fourth_value_of_the_eigenstrain, a_pressed_path_that_grows_in_motion, &
+                               samples_apart_from_load_steps, a_body_of_it, another_body_of_that_group, &
+                               a_mass_matrix_that_acts, quadratic_cells_at_an_axis, cohesion_all_along_it, &
+                               a_load_that_is_recorded, a_solid, a_plane, a_pin_without_an_axis, features, values
+   use hampm_rules, only: atom_t, is_present, is_set, is_one_of, is_none_of, is_above, is_below, is_named
+   use hampm_settings, only: settings_t, setting_t
    use hampm_values, only: parse_real
    use hampm_load_placement, only: is_on_faces
    implicit none
    private
-   public :: atom_t, parse_condition, next_break, holds, shown_atom, features, is_present, is_named
-
-   !> The names of the features.
-   character(*), parameter :: features(*) = [character(48) :: &
-      'cells that are cut', 'cracks that cut cells', 'tips at no nodes', 'several cracks', 'several bodies', &
-      'edges that are no grid lines', 'growth by laws of both kinds', 'something that growth scales', &
-      'growth scales forces beside motions', &
-      'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
-      'a pressed path that grows in motion', 'samples apart from load steps', 'a body of it', &
-      'another body of that group', 'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it', &
-      'a load that is recorded', 'a solid', 'a plane', 'a pin without an axis']
-
-   integer, parameter :: most_atoms = 6, most_choices = 8, word_len = 24
-   integer, parameter :: is_present = 1, is_set = 2, is_one_of = 3, is_none_of = 4, is_above = 5, is_below = 6, is_named = 7
-
-   !> One of the words of a condition.
-   type :: atom_t
-      integer :: alternative = 1                 !! number of the part between `or` in which it is
-      integer :: kind = 0                        !! how it is told, one of the above
-      character(word_len) :: group = ''          !! '' for a feature
-      character(word_len) :: key = ''            !! '' for a group or a feature
-      integer :: choices = 0                     !! number of values
-      character(word_len) :: values(most_choices) = '' !! without quotes
-      character(6*word_len) :: text = ''         !! as it stands in the condition
-   end type atom_t
+   public :: holds, shown_atom
 
 contains
-
-   !> Take a condition apart. An empty text has no words.
-   pure subroutine parse_condition(condition, atoms)
-      character(*), intent(in) :: condition
-      type(atom_t), allocatable, intent(out) :: atoms(:)
-      type(atom_t) :: found(most_atoms)
-      character(:), allocatable :: text
-      integer :: n, alternative, from, behind
-      text = expanded(condition, '''', ' | ')
-      n = 0
-      alternative = 1
-      from = 1
-      do while (from <= len_trim(text))
-         behind = next_break(text(from:)) + from - 1
-         n = n + 1
-         found(n) = atom_of(trim(adjustl(text(from:behind - 1))))
-         found(n)%alternative = alternative
-         if (behind > len_trim(text)) exit
-         if (text(behind:behind + 3) == ' or ') alternative = alternative + 1
-         from = behind + merge(4, 5, text(behind:behind + 3) == ' or ')
-      end do
-      atoms = found(:n)
-   end subroutine parse_condition
-
-   !> Where the next `and` or `or` is with the blank before it; past the end for none.
-   pure integer function next_break(text)
-      character(*), intent(in) :: text
-      integer :: i, at(2)
-      at = [index(text, ' and '), index(text, ' or ')]
-      next_break = minval([(merge(at(i), len_trim(text) + 1, at(i) > 0), i=1, 2)])
-   end function next_break
-
-   !> One word of a condition.
-   pure function atom_of(text) result(atom)
-      character(*), intent(in) :: text
-      type(atom_t) :: atom
-      character(:), allocatable :: rest, value
-      integer :: blank
-      atom%text = text
-      atom%kind = is_named
-      if (index(text, '&') /= 1) return
-      blank = index(text//' ', ' ')
-      atom%group = text(2:blank - 1)
-      atom%kind = is_present
-      if (blank > len(text)) return
-      rest = text(blank + 1:)
-      blank = index(rest//' ', ' ')
-      atom%key = rest(:blank - 1)
-      atom%kind = is_set
-      if (blank > len(rest)) return
-      rest = rest(blank + 1:)
-      blank = index(rest//' ', ' ')
-      select case (rest(:blank - 1))
-       case ('=')
-         atom%kind = is_one_of
-       case ('/=')
-         atom%kind = is_none_of
-       case ('>')
-         atom%kind = is_above
-       case ('<')
-         atom%kind = is_below
-       case default
-         atom%kind = 0
-         return
-      end select
-      rest = rest(blank + 1:)//' |'
-      do while (index(rest, '|') > 0)
-         atom%choices = atom%choices + 1
-         value = trim(adjustl(rest(:index(rest, '|') - 1)))
-         if (index(value, '''') == 1) value = value(2:len(value) - 1) ! without the quotes around it
-         atom%values(atom%choices) = value
-         rest = rest(index(rest, '|') + 1:)
-      end do
-   end function atom_of
 
    !> Whether a word holds of a model, and of one of its groups where it is about such. What has an error in it does not hold.
    pure logical function holds(atom, model, settings, entry)
@@ -121,28 +32,26 @@ contains
       type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry               !! position of the group, 0 for none
-      logical :: same
       holds = .false.
       if (atom%kind == is_named) then
-         holds = has_feature(model, settings, trim(atom%text), entry)
+         holds = has_feature(model, settings, atom%feature, entry)
          return
       end if
       if (entry == 0) return
-      if (settings%entries(entry)%name /= atom%group) return
+      if (settings%entries(entry)%group /= atom%group) return
       holds = atom%kind == is_present
       if (holds) return
-      if (.not. settings%good(entry, trim(atom%key))) return
-      associate (setting => settings%entries(entry)%settings(row_of(settings%entries(entry), atom%key)))
+      associate (setting => settings%entries(entry)%settings(atom%key))
+         if (.not. setting%good) return
          select case (atom%kind)
           case (is_set)
-            holds = setting%given .and. .not. is_default(setting, settings%entries(entry)%group, trim(atom%key))
+            holds = setting%given .and. .not. is_default(setting, keys(first_key(atom%group) + atom%key - 1))
           case (is_one_of, is_none_of)
-            same = position(atom, setting) > 0
-            holds = same .eqv. atom%kind == is_one_of
+            holds = position(atom, setting) > 0 .eqv. atom%kind == is_one_of
           case (is_above)
-            holds = any(setting%numbers > number(atom%values(1)))
+            holds = any(setting%numbers > atom%number)
           case (is_below)
-            holds = any(setting%numbers < number(atom%values(1)))
+            holds = any(setting%numbers < atom%number)
          end select
       end associate
    end function holds
@@ -151,15 +60,12 @@ contains
    pure integer function position(atom, setting)
       type(atom_t), intent(in) :: atom
       type(setting_t), intent(in) :: setting
-      integer :: k
       do position = setting%count, 1, -1
-         do k = 1, atom%choices
-            if (size(setting%numbers) == 0) then
-               if (setting%values(position)%text == atom%values(k)) return
-            else if (abs(setting%numbers(position) - number(atom%values(k))) <= 0) then
-               return
-            end if
-         end do
+         if (size(setting%numbers) == 0) then
+            if (is_among(setting%values(position)%text, values(atom%first:atom%last))) return
+         else if (abs(setting%numbers(position) - atom%number) <= 0) then
+            return
+         end if
       end do
    end function position
 
@@ -177,110 +83,110 @@ contains
    end function number
 
    !> Whether a setting says what holds without it.
-   pure logical function is_default(setting, group, name)
+   pure logical function is_default(setting, key)
       type(setting_t), intent(in) :: setting
-      integer, intent(in) :: group               !! row of the group
-      character(*), intent(in) :: name           !! of the key
+      type(key_t), intent(in) :: key
       integer :: i
-      associate (key => keys(first_key(group) + find_key(group, name) - 1))
-         is_default = setting%count == default_count(key, .false.)
+      is_default = setting%count == default_count(key, .false.)
+      do i = 1, setting%count
          if (.not. is_default) return
-         do i = 1, setting%count
-            if (is_text(key)) then
-               is_default = is_default .and. setting%values(i)%text == default_value(key, .false., i)
-            else
-               is_default = is_default .and. abs(setting%numbers(i) - number(default_value(key, .false., i))) <= 0
-            end if
-         end do
-      end associate
+         if (is_text(key)) then
+            is_default = setting%values(i)%text == default_value(key, .false., i)
+         else
+            is_default = abs(setting%numbers(i) - number(default_value(key, .false., i))) <= 0
+         end if
+      end do
    end function is_default
 
    !> A word with the name of its group and the value that the model has: `&crack 'b' contact = 'friction'`.
    pure function shown_atom(atom, settings, entry) result(text)
       type(atom_t), intent(in) :: atom
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry               !! position of its group, 0 for none
+      integer, intent(in) :: entry               !! position of its group
       character(:), allocatable :: text
       integer :: k
-      text = trim(atom%text)
-      if (entry == 0 .or. atom%kind == is_named) return
+      if (atom%kind == is_named) then
+         text = trim(features(atom%feature))
+         return
+      end if
       text = '&'//settings%title(entry)
       if (atom%kind == is_present) return
-      associate (setting => settings%entries(entry)%settings(row_of(settings%entries(entry), atom%key)))
+      associate (setting => settings%entries(entry)%settings(atom%key))
+         text = text//' '//trim(settings%entries(entry)%keys(atom%key))//' = '
          k = 0
          if (atom%kind == is_one_of) k = position(atom, setting)
          if (k > 0 .and. setting%count > 1) then
-            text = text//' '//trim(atom%key)//' = '''//setting%values(k)%text//''''
+            text = text//''''//setting%values(k)%text//''''
          else
-            text = text//' '//trim(atom%key)//' = '//setting%shown()
+            text = text//setting%shown()
          end if
       end associate
    end function shown_atom
 
    !> Whether a model, or one of its groups where the feature is about such, has a feature.
-   pure logical function has_feature(model, settings, name, entry) result(has)
+   pure logical function has_feature(model, settings, feature, entry) result(has)
       type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
-      character(*), intent(in) :: name           !! one of `features`
+      integer, intent(in) :: feature
       integer, intent(in) :: entry               !! position of the group that the rule is about
       real(dp), allocatable :: strain(:)
       integer :: k
       has = .false.
-      select case (name)
-       case ('cells that are cut')               ! by cracks that cut cells, polygons, circles and holes
+      select case (feature)
+       case (cells_that_are_cut)
          has = cuts_cells(model)
-       case ('cracks that cut cells')
+       case (cracks_that_cut_cells)
          has = cracks_cut_cells(model)
-       case ('a solid')                          ! which another build is for
+       case (a_solid)
          has = ndim > 2
-       case ('a pin without an axis')
+       case (a_pin_without_an_axis)
          has = ndim > 2 .and. any([(model%constraints(k)%motion%turns .and. count(model%constraints(k)%fixed) /= 2, &
                                     k=1, size(model%constraints))])
-       case ('a plane')
+       case (a_plane)
          has = ndim == 2
-       case ('tips at no nodes')
+       case (tips_at_no_nodes)
          has = .not. all(model%paths%at_nodes)
-       case ('a mass matrix that acts')
+       case (a_mass_matrix_that_acts)
          has = mass_acts(model)
-       case ('quadratic cells at an axis')
+       case (quadratic_cells_at_an_axis)
          has = model%run%thickness%is_ring .and. model%grid%order > 1 .and. .not. model%grid%lower(1) > 0
-       case ('several cracks')
+       case (several_cracks)
          has = settings%count_of('crack') > 1
-       case ('several bodies')
+       case (several_bodies)
          has = size(model%bodies) > 1
-       case ('edges that are no grid lines')
+       case (edges_that_are_no_grid_lines)
          has = has_shapes(model) .and. ndim == plane
-       case ('growth by laws of both kinds')
+       case (growth_by_laws_of_both_kinds)
          has = any(model%growth%law%is_static) .and. .not. all(model%growth%law%is_static) .or. &
                any(model%growth%law%is_cyclic()) .and. .not. all(model%growth%law%is_cyclic())
-       case ('something that growth scales')
+       case (something_that_growth_scales)
          has = has_scaled_forces(model) .or. has_scaled_motions(model) .or. .not. all(model%bodies%held)
-       case ('growth scales forces beside motions')
+       case (growth_scales_forces_beside_motions)
          has = has_scaled_forces(model) .and. has_scaled_motions(model)
-       case ('a load that is recorded')
+       case (a_load_that_is_recorded)
          has = any(model%growth%law%is_static .and. .not. model%growth%law%is_cyclic()) .or. size(model%nucleations) > 0 .or. &
                any(model%constraints%name /= '')
-       case ('a body of it')                     ! of a material
+       case (a_body_of_it)
          has = any(model%materials%name == settings%text(entry, 'name'))
-       case ('cohesion all along it')            ! along a crack
+       case (cohesion_all_along_it)
          do k = 1, size(model%cohesive)
             if (model%cohesive(k)%path == 0 .or. model%cohesive(k)%from > 0) cycle
             has = has .or. settings%find('crack', model%cohesive(k)%path) == entry
          end do
-       case ('another body of that group')
+       case (another_body_of_that_group)
          has = count(model%bodies%contact_group == settings%text(entry, 'contact_group')) > 1
-       case ('a shear of the eigenstrain', 'a fourth value of the eigenstrain')
+       case (a_shear_of_the_eigenstrain, a_fourth_value_of_the_eigenstrain)
          strain = settings%numbers(entry, 'eigenstrain')
-         k = merge(3, 4, name == 'a shear of the eigenstrain')
+         k = merge(3, 4, feature == a_shear_of_the_eigenstrain)
          if (size(strain) >= k) has = abs(strain(k)) > 0
-       case ('a pressed path that grows in motion')
+       case (a_pressed_path_that_grows_in_motion)
          do k = 1, size(model%loads)
             if (.not. is_on_faces(model%loads(k)) .or. path_of(model, model%loads(k)%crack) == 0) cycle
             has = has .or. any(model%growth%path == path_of(model, model%loads(k)%crack) .and. &
                                .not. model%growth%law%is_static) &
                            .and. .not. model%is_half()
          end do
-       case ('samples apart from load steps')
+       case (samples_apart_from_load_steps)
          has = model%method%time == 'static' .and. asks_for_other_samples(settings, settings%find('output', 1))
       end select
    end function has_feature

@@ -1,24 +1,10 @@
-!> The group &cycles: its row in the table of groups, its keys, and their values in a model.
+!> The group &cycles: the values of its keys in a model.
 module hampm_cycles_group
    use hampm_kinds, only: dp
-   use hampm_key_rows, only: group_t, key_t, type_logical, type_real, once, is_optional, any_number, max_values, positive
    use hampm_settings, only: settings_t
    implicit none
    private
-   public :: cycles_group, cycles_keys, cycles_t, fill_cycles
-
-   type(group_t), parameter :: cycles_group = group_t('cycles', once, is_optional, &
-      'the load cycles of law = fatigue; without it loads fall to 0 in each cycle', is_apart=.true.)
-
-   type(key_t), parameter :: cycles_keys(*) = [ &
-      key_t('ratio', type_real, 'least over largest load of a cycle', default='0.0', example='0.1', allowed='(-inf, 1)'), &
-      key_t('blocks', type_real, 'cycles of one kind that follow one another: how many of each kind', allowed=positive, &
-            example='10000, 1, 10000', fewest=0, most=max_values), &
-      key_t('factors', type_real, 'of each block: by which the largest load is multiplied', allowed=positive, &
-            example='1.0, 1.5, 1.0', fewest=0, most=max_values), &
-      key_t('ratios', type_real, 'of each block: least over largest load, in place of ratio', allowed='(-inf, 1)', &
-            example='0.1, 0.0, 0.1', fewest=0, most=max_values), &
-      key_t('repeat', type_logical, 'whether the blocks begin again after the last one; else that goes on', default='.false.')]
+   public :: cycles_t, fill_cycles
 
    !> &cycles. Each block has a number of cycles, a factor and a ratio.
    type :: cycles_t

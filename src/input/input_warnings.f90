@@ -1,6 +1,7 @@
 !> What a user should know of a model that can be run, before its numbers are believed: where they mean something else than one
 !> may think (`warnings_of`), and what the method makes of it (`notes_of`). A line each.
 module hampm_input_warnings
+   use hampm_key_table, only: material_constants
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: points_along
    use hampm_crack_lines, only: length_of
@@ -12,7 +13,6 @@ module hampm_input_warnings
    use hampm_path_placement, only: path_tip, path_direction, path_outside, path_tips
    use hampm_placement, only: upper_corner, points_of, spacing_of, tolerance, point_text
    use hampm_model, only: model_t, material_spec_t
-   use hampm_orthotropic, only: orthotropic_keys
    use hampm_tensors, only: norm, in_plane
    use hampm_text, only: add => add_line, to_text, length_text, three_digits
    implicit none
@@ -356,9 +356,9 @@ contains
       if (are_alike .or. min(i, j) == 0) return
       associate (a => model%materials(i), b => model%materials(j))
          are_alike = a%law == b%law .and. .not. (abs(a%young - b%young) > 0 .or. abs(a%poisson - b%poisson) > 0)
-         are_alike = are_alike .and. all([(abs(value_of(a%constants, orthotropic_keys(k)%name, 0.0_dp) - &
-                                               value_of(b%constants, orthotropic_keys(k)%name, 0.0_dp)) <= 0, &
-                                           k=1, size(orthotropic_keys))])
+         are_alike = are_alike .and. all([(abs(value_of(a%constants, material_constants(k)%name, 0.0_dp) - &
+                                               value_of(b%constants, material_constants(k)%name, 0.0_dp)) <= 0, &
+                                           k=1, size(material_constants))])
       end associate
    end function are_alike
 

@@ -1,43 +1,16 @@
-!> Every group and key of the namelist file, in two tables, which the modules of the groups bring together here. Validation,
-!> `--template`, the canonical text of a model and the reference documentation all come from them.
+!> Every group and key of the namelist file, by the tables of `hampm_key_table`. Validation, `--template`, the canonical text of a model
+!> and the reference documentation all come from them.
 module hampm_keys
    use hampm_kinds, only: name_len
-   use hampm_body_group, only: body_group, body_keys
-   use hampm_load_groups, only: constraint_group, constraint_keys, load_group, load_keys
    use hampm_choice_sets, only: expanded
-   use hampm_control_group, only: control_group, control_keys
-   use hampm_cycles_group, only: cycles_group, cycles_keys
-   use hampm_cohesive_group, only: cohesive_group, cohesive_keys
-   use hampm_crack_groups, only: crack_group, crack_keys, energy_release_group, energy_release_keys, growth_group, growth_keys
-   use hampm_plain_groups, only: grid_group, grid_keys, run_group, run_keys, damping_group, damping_keys, output_group, &
-                                 output_keys, contact_group, contact_keys, method_group, method_keys, refine_group, refine_keys
-   use hampm_key_rows, only: group_t, key_t, list_len, type_name, type_text, type_logical
-   use hampm_material_group, only: material_group, material_keys
-   use hampm_nucleation_group, only: nucleation_group, nucleation_keys
-   use hampm_probe_group, only: probe_group, probe_keys
+   use hampm_key_rows, only: key_t, list_len, type_name, type_text, type_logical
+   use hampm_key_table, only: groups, keys, key_count
    use hampm_settings, only: group_entry_t
    use hampm_text, only: did_you_mean, joined, printable
    implicit none
    private
    public :: groups, keys, renamed, find_group, find_key, first_key, key_count, choices, allowed_text, default_count, &
              default_value, unknown_group, unknown_key, is_text, new_entry
-
-   type(group_t), parameter :: groups(*) = [ &
-      run_group, grid_group, material_group, body_group, constraint_group, load_group, damping_group, contact_group, &
-      method_group, refine_group, crack_group, cohesive_group, growth_group, nucleation_group, control_group, &
-      cycles_group, energy_release_group, probe_group, output_group]
-
-   type(key_t), parameter :: keys(*) = [ &
-      run_keys, grid_keys, material_keys, body_keys, constraint_keys, load_keys, damping_keys, contact_keys, &
-      method_keys, refine_keys, crack_keys, cohesive_keys, growth_keys, nucleation_keys, control_keys, cycles_keys, &
-      energy_release_keys, &
-      probe_keys, output_keys]
-
-   integer, parameter :: key_count(size(groups)) = [ & !! of each group
-      size(run_keys), size(grid_keys), size(material_keys), size(body_keys), size(constraint_keys), size(load_keys), &
-      size(damping_keys), size(contact_keys), size(method_keys), size(refine_keys), size(crack_keys), size(cohesive_keys), &
-      size(growth_keys), size(nucleation_keys), size(control_keys), size(cycles_keys), size(energy_release_keys), &
-      size(probe_keys), size(output_keys)]
 
    !> A name of version 1.
    type :: renamed_t

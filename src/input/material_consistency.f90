@@ -1,8 +1,9 @@
 !> Checks of the constants of materials against each other.
 module hampm_material_consistency
    use hampm_kinds, only: dp, ndim
+   use hampm_key_table, only: material_constants
    use hampm_law, only: flaw_t, law_row_t, value_of
-   use hampm_laws, only: law_row, law_keys
+   use hampm_laws, only: law_row
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
    implicit none
@@ -25,7 +26,7 @@ contains
             row = law_row(m%law)
             if (.not. associated(row%check)) cycle
             if (.not. all([settings%good(entry, 'young'), settings%good(entry, 'poisson'), &
-                           [(settings%good(entry, trim(law_keys(i)%name)), i=1, size(law_keys))]])) cycle
+                           [(settings%good(entry, trim(material_constants(i)%name)), i=1, size(material_constants))]])) cycle
             call row%check(m%young, m%poisson, ndim == 2 .and. model%run%plane == 'stress', m%constants, flaws)
             do i = 1, size(flaws)
                call settings%complain(entry, trim(flaws(i)%key), flaws(i)%what)

@@ -6,18 +6,19 @@ module hampm_model
    use hampm_outline, only: outline_t
    use hampm_load_groups, only: constraint_spec_t, fill_constraints, load_spec_t, fill_loads
    use hampm_indicator, only: indicator_row_t, refine_t
-   use hampm_indicators, only: indicators, indicator_keys
-   use hampm_kinds, only: dp, ndim
+   use hampm_indicators, only: indicators
+   use hampm_kinds, only: dp, ndim, plane
    use hampm_cohesive_group, only: cohesive_t, fill_cohesive
    use hampm_cycles_group, only: cycles_t, fill_cycles
    use hampm_control_group, only: control_t, fill_control
    use hampm_crack_groups, only: path_spec_t, fill_paths, plane_spec_t, fill_planes, energy_release_t, fill_energy_release, &
                                  growth_t, fill_growth
-   use hampm_plain_groups, only: grid_spec_t, run_t, damping_t, output_t, body_contact_spec_t, method_t
+   use hampm_group_values, only: damping_t, grid_spec_t, output_t, take_contact, take_damping, take_grid, take_method, &
+                                 take_output, take_refine, take_run
+   use hampm_plain_groups, only: run_t, body_contact_spec_t, method_t
    use hampm_material_group, only: material_spec_t, fill_materials
    use hampm_nucleation_group, only: nucleation_t, fill_nucleations
    use hampm_probe_group, only: probe_t, fill_probes
-   use hampm_namelist_text, only: component_text
    use hampm_settings, only: settings_t
    use hampm_tensors, only: norm, quarter_turn
    use hampm_tolerance, only: position_tolerance
@@ -84,8 +85,16 @@ contains
    pure subroutine fill_model(settings, model)
       type(settings_t), intent(in) :: settings
       type(model_t), intent(inout) :: model
-      call fill_plain(settings, model%run, model%grid, model%damping, model%contact, model%method, model%refine, model%output)
-      call fill_indicator(settings, model%refine)
+      call take_run(settings, settings%find('run', 1), model%run)
+      model%run%thickness%of_plate = merge(settings%number(settings%find('run', 1), 'thickness'), 1.0_dp, ndim == plane)
+      model%run%thickness%is_ring = model%run%plane == 'axisymmetric'
+      call take_grid(settings, settings%find('grid', 1), model%grid)
+      call take_damping(settings, settings%find('damping', 1), model%damping)
+      call take_contact(settings, settings%find('contact', 1), model%contact)
+      call take_method(settings, settings%find('method', 1), model%method)
+      call take_output(settings, settings%find('output', 1), model%output)
+      call take_refine(settings, settings%find('refine', 1), model%refine)
+      call choose_indicator(model%refine)
       call fill_materials(settings, model%materials)
       call fill_bodies(settings, model%bodies)
       call fill_holes(settings, model%bodies, model%holes)
@@ -106,41 +115,15 @@ contains
       call find_growing_paths(model)
    end subroutine fill_model
 
-   !> Fill the groups that stand once: by the compiler's own input of namelists, as their components have the names of keys.
-   pure subroutine fill_plain(settings, run, grid, damping, contact, method, refine, output)
-      type(settings_t), intent(in) :: settings
-      type(run_t), intent(inout) :: run
-      type(grid_spec_t), intent(inout) :: grid
-      type(damping_t), intent(inout) :: damping
-      type(body_contact_spec_t), intent(inout) :: contact
-      type(method_t), intent(inout) :: method
-      type(refine_t), intent(inout) :: refine
-      type(output_t), intent(inout) :: output
-      namelist /plain/ run, grid, damping, contact, method, refine, output
-      character(*), parameter :: names(*) = [character(7) :: 'run', 'grid', 'damping', 'contact', 'method', 'refine', 'output']
-      character(:), allocatable :: text
-      integer :: i
-      text = '&plain'
-      do i = 1, settings%count
-         if (any(names == settings%entries(i)%name)) text = text//component_text(settings%entries(i))
-      end do
-      text = text//' /'
-      read (text, nml=plain)
-      run%thickness%is_ring = run%plane == 'axisymmetric'
-      if (ndim > 2) run%thickness%of_plate = 1
-   end subroutine fill_plain
-
-   !> What tells which cells refine, and the keys of indicators.
-   pure subroutine fill_indicator(settings, refine)
-      type(settings_t), intent(in) :: settings
+   !> What tells which cells refine.
+   pure subroutine choose_indicator(refine)
       type(refine_t), intent(inout) :: refine
       type(indicator_row_t), allocatable :: rows(:)
       integer :: k
       allocate (rows, source=indicators())
       k = findloc(rows%name == refine%indicator, .true., dim=1)
       if (k > 0) refine%by = rows(k)%indicator_t
-      refine%constants(:size(indicator_keys)) = settings%constants(settings%find('refine', 1), indicator_keys%name)
-   end subroutine fill_indicator
+   end subroutine choose_indicator
 
    !> Find the material of each body by its name; 0 where there is none. Materials of which there is no body are left out, and of several that
    !> differ by their names only all bodies are of the first one.

@@ -1,7 +1,7 @@
 !> The materials of a model as the method has them, from their keys.
 module hampm_model_materials
    use hampm_body_group, only: profile_t
-   use hampm_laws, only: law_keys
+   use hampm_key_table, only: material_constants
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
    use hampm_material, only: material_t, slice_t, new_material
@@ -146,8 +146,8 @@ contains
       spec = model%materials(k)
       if (present(stiffness)) then
          spec%young = spec%young*stiffness
-         do i = 1, size(law_keys)
-            if (law_keys(i)%unit == 'Pa') spec%constants(i)%value = spec%constants(i)%value*stiffness
+         do i = 1, size(material_constants)
+            if (material_constants(i)%unit == 'Pa') spec%constants(i)%value = spec%constants(i)%value*stiffness
          end do
          spec%density = spec%density*density
       end if

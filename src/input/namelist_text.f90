@@ -3,12 +3,12 @@ module hampm_namelist_text
    use hampm_kinds, only: ndim
    use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required
    use hampm_keys, only: groups, keys, first_key, key_count, allowed_text, default_count, default_value, is_text
-   use hampm_settings, only: settings_t, setting_t, group_entry_t
+   use hampm_settings, only: settings_t, setting_t
    use hampm_text, only: to_text
    use hampm_version, only: program_name
    implicit none
    private
-   public :: template_text, canonical_text, component_text, example_list
+   public :: template_text, canonical_text, example_list
 
    character, parameter :: line_feed = new_line('a')
    integer, parameter :: comment_column = 48       !! where the comments of the template begin
@@ -97,26 +97,6 @@ contains
          end do
       end do
    end function canonical_text
-
-   !> The keys of a validated group as components of a variable of its name, but those of a choice; 0 or '' where they are wrong.
-   pure function component_text(entry) result(text)
-      type(group_entry_t), intent(in) :: entry
-      character(:), allocatable :: text
-      integer :: k
-      text = ''
-      do k = 1, size(entry%settings)
-         associate (key => keys(first_key(entry%group) + k - 1), setting => entry%settings(k))
-            if (key%only_with /= '') cycle
-            if (.not. setting%good .and. is_text(key)) then
-               text = text//' '//trim(entry%name)//'%'//trim(key%name)//' = '''''
-            else if (.not. setting%good) then
-               text = text//' '//trim(entry%name)//'%'//trim(key%name)//' = '//to_text(key%most)//'*0'
-            else if (setting%count > 0) then
-               text = text//' '//trim(entry%name)//'%'//adjustl(canonical_line(key, setting))
-            end if
-         end associate
-      end do
-   end function component_text
 
    !> One key of the canonical text: `   young = 7.0e10`.
    pure function canonical_line(key, setting) result(line)

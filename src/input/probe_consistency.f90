@@ -26,9 +26,9 @@ contains
          entry = settings%find('probe', k)
          associate (probe => model%probes(k))
             if (settings%good(entry, 'name')) call check_name(model%probes(:k)%name, 'probe', entry, settings)
-            do i = 2, size(probe%quantities)
-               if (probe%quantities(i) /= '' .and. any(probe%quantities(:i - 1) == probe%quantities(i))) &
-                  call settings%complain(entry, 'quantity', 'has '''//trim(probe%quantities(i))//''' twice')
+            do i = 2, size(probe%quantity)
+               if (probe%quantity(i) /= '' .and. any(probe%quantity(:i - 1) == probe%quantity(i))) &
+                  call settings%complain(entry, 'quantity', 'has '''//trim(probe%quantity(i))//''' twice')
             end do
             if (settings%good(entry, 'at')) then
                if (mod(size(settings%numbers(entry, 'at')), ndim) /= 0) then
@@ -83,7 +83,7 @@ contains
          call settings%complain(entry, 'face', 'must be ''none'' for a line')
       else if (is_on_crack) then
          call settings%complain(entry, 'at', 'an end of the line is on a crack, which has two faces: move it to one of them')
-      else if (any(probe%quantities /= 'strain' .and. probe%quantities /= '')) then
+      else if (any(probe%quantity /= 'strain' .and. probe%quantity /= '')) then
          n = looks_in_cell*ceiling(length/model%grid%cell)
          do i = 1, n - 1
             x = probe%at(:, 1) + real(i, dp)/n*(probe%at(:, 2) - probe%at(:, 1))

@@ -1,13 +1,13 @@
-!> What the table of rules (`hampm_rules`) says of a model: errors, warnings and notes.
+!> What the table of rules (`hampm_rule_table`) says of a model: errors, warnings and notes.
 module hampm_rule_check
    use hampm_choice_sets, only: expanded
-   use hampm_conditions, only: atom_t, parse_condition, holds, shown_atom
-   use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_without, noted_with
+   use hampm_conditions, only: holds, shown_atom
+   use hampm_rule_table, only: atoms, rules, values
+   use hampm_rules, only: atom_t, rule_t, not_with, requires, no_effect_without, noted_with
    use hampm_model, only: model_t, fill_model
-   use hampm_settings, only: row_of, settings_t, setting_t
-   use hampm_keys, only: is_text, keys, first_key
+   use hampm_settings, only: settings_t, setting_t
+   use hampm_keys, only: keys, first_key
    use hampm_text, only: add_line
-   use hampm_values, only: parse_real
    implicit none
    private
    public :: check_rules, required_text, with_or, words
@@ -18,9 +18,9 @@ module hampm_rule_check
    integer, parameter :: nowhere = -1            !! no group has what a condition asks for
    integer, parameter :: most_advice = 10        !! messages whose advice is tried; each is a model of its own
 
-   !> A rule with its conditions taken apart, and where groups meet those that are not about the group of the message.
+   !> The words of the conditions of a rule, and where groups meet those that are not about the group of the message.
    type :: reading_t
-      type(atom_t), allocatable :: atoms(:)      !! words of the first condition, whose alternative is 0, and then of the other
+      type(atom_t), allocatable :: atoms(:)      !! of the first condition, whose alternative is 0, and then of the other
       integer :: first = 0                       !! number of those of the first condition
       integer, allocatable :: met_by(:)          !! group that meets each word, or `nowhere`
       logical, allocatable :: everywhere(:)      !! whether all groups of its name meet it, and there is one
@@ -41,7 +41,6 @@ contains
       character(:), allocatable, intent(inout) :: warnings, notes !! a line each
       type(breach_t), allocatable :: breaches(:)
       type(reading_t) :: reading
-      type(atom_t), allocatable :: atoms(:)
       character(:), allocatable :: message
       logical :: broken(size(rules))
       integer :: k
@@ -54,12 +53,12 @@ contains
             call read_rule(rule, model, settings, reading)
             message = message_of(rule, reading, settings, breaches(k)%entry)
             if (rule%use /= '' .and. k <= most_advice) then
-               if (is_allowed(of_key(trim(rule%use), reading%atoms(1)), breaches(k)%entry, settings, broken)) &
+               if (is_allowed(rule, breaches(k)%entry, settings, broken)) &
                   message = message//'; use '//trim(rule%use)
             end if
             select case (rule%verdict)
              case (not_with, requires)
-               call settings%complain_in_words(breaches(k)%entry, trim(reading%atoms(1)%key), message)
+               call settings%complain_in_words(breaches(k)%entry, key_of(reading%atoms(1)), message)
              case (noted_with)
                call add_line(notes, message)
              case default
@@ -69,9 +68,8 @@ contains
       end do
       do k = 1, size(breaches)
          associate (rule => rules(breaches(k)%rule), group => settings%entries(breaches(k)%entry))
-            call parse_condition(rule%subject, atoms)
-            if (any(rule%verdict == [not_with, requires]) .and. atoms(1)%key /= '') &
-               group%settings(row_of(group, atoms(1)%key))%good = .false.
+            if (any(rule%verdict == [not_with, requires]) .and. atoms(rule%behind + 1)%key > 0) &
+               group%settings(atoms(rule%behind + 1)%key)%good = .false.
          end associate
       end do
    end subroutine check_rules
@@ -82,17 +80,18 @@ contains
       type(settings_t), intent(in) :: settings
       type(breach_t), allocatable, intent(out) :: breaches(:)
       type(reading_t) :: reading
-      type(atom_t), allocatable :: subject(:)
       integer :: k, entry
       allocate (breaches(0))
       do k = 1, size(rules)
-         call parse_condition(rules(k)%subject, subject)
-         if (.not. any([(holds(subject(1), model, settings, entry), entry=1, settings%count)])) cycle
+         do entry = 1, settings%count
+            if (holds(atoms(rules(k)%behind + 1), model, settings, entry)) exit
+         end do
+         if (entry > settings%count) cycle
          call read_rule(rules(k), model, settings, reading)
          associate (group => reading%atoms(1)%group)
             do entry = 1, settings%count
-               if (settings%entries(entry)%name /= group) cycle
-               if (any(reading%atoms%group /= group .and. reading%atoms%group /= '')) then
+               if (settings%entries(entry)%group /= group) cycle
+               if (any(reading%atoms%group /= group .and. reading%atoms%group /= 0)) then
                   if (.not. counts(model, settings, entry)) cycle
                end if
                if (is_broken(rules(k), reading, model, settings, entry)) breaches = [breaches, breach_t(k, entry)]
@@ -101,28 +100,24 @@ contains
       end do
    end subroutine find_breaches
 
-   !> Take a rule apart, and look once for what is not about the group of its message.
+   !> The words of a rule, of which those that are not about the group of its message are looked at once.
    pure subroutine read_rule(rule, model, settings, reading)
       type(rule_t), intent(in) :: rule
       type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       type(reading_t), intent(out) :: reading
-      type(atom_t), allocatable :: subject(:), other(:)
       integer :: i, entry
       logical :: fits
-      call parse_condition(rule%subject, subject)
-      call parse_condition(rule%other, other)
-      subject%alternative = 0
-      reading%atoms = [subject, other]
-      reading%first = size(subject)
+      reading%atoms = atoms(rule%behind + 1:rule%behind + rule%of_subject + rule%of_other)
+      reading%first = rule%of_subject
       allocate (reading%met_by(size(reading%atoms)), source=nowhere)
       allocate (reading%everywhere(size(reading%atoms)), source=.false.)
       do i = 1, size(reading%atoms)
          associate (atom => reading%atoms(i))
-            if (atom%group == reading%atoms(1)%group .or. atom%group == '') cycle
-            reading%everywhere(i) = settings%count_of(trim(atom%group)) > 0
+            if (atom%group == reading%atoms(1)%group .or. atom%group == 0) cycle
+            reading%everywhere(i) = any(settings%entries(:settings%count)%group == atom%group)
             do entry = 1, settings%count
-               if (settings%entries(entry)%name /= atom%group) cycle
+               if (settings%entries(entry)%group /= atom%group) cycle
                if (.not. counts(model, settings, entry)) cycle
                fits = all_of_group(reading%atoms, atom, model, settings, entry)
                reading%everywhere(i) = reading%everywhere(i) .and. fits
@@ -176,7 +171,7 @@ contains
       do i = 1, size(reading%atoms)
          associate (atom => reading%atoms(i))
             if (atom%alternative /= alternative .or. .not. is_met) cycle
-            if (atom%group == '' .or. atom%group == reading%atoms(1)%group) then
+            if (atom%group == 0 .or. atom%group == reading%atoms(1)%group) then
                is_met = holds(atom, model, settings, entry)
             else
                is_met = merge(reading%everywhere(i), reading%met_by(i) > 0, by_all)
@@ -194,10 +189,10 @@ contains
       known = .true.
       do i = reading%first + 1, size(reading%atoms)
          associate (atom => reading%atoms(i))
-            if (atom%key == '') cycle
+            if (atom%key == 0) cycle
             do k = 1, settings%count
-               if (settings%entries(k)%name /= atom%group .or. k /= entry .and. atom%group == reading%atoms(1)%group) cycle
-               known = known .and. settings%good(k, trim(atom%key))
+               if (settings%entries(k)%group /= atom%group .or. k /= entry .and. atom%group == reading%atoms(1)%group) cycle
+               known = known .and. settings%entries(k)%settings(atom%key)%good
             end do
          end associate
       end do
@@ -224,8 +219,8 @@ contains
       character(:), allocatable :: message, other
       integer :: i
       message = shown_atom(reading%atoms(1), settings, entry)
-      if (reading%atoms(1)%key /= '') then
-         if (.not. settings%given(entry, trim(reading%atoms(1)%key))) message = message//' (default)'
+      if (reading%atoms(1)%key > 0) then
+         if (.not. settings%entries(entry)%settings(reading%atoms(1)%key)%given) message = message//' (default)'
       end if
       do i = 2, reading%first
          message = message//trim(merge(' with', ' and ', i == 2))//' '//shown_other(reading, i, settings, entry)
@@ -250,10 +245,8 @@ contains
       integer, intent(in) :: entry               !! group of the first word
       character(:), allocatable :: text
       associate (atom => reading%atoms(i))
-         text = trim(atom%text)
-         if (atom%group == '') return
          text = shown_atom(atom, settings, merge(entry, reading%met_by(i), atom%group == reading%atoms(1)%group))
-         if (atom%group == reading%atoms(1)%group .and. atom%key /= '') text = text(len('& ') + len(settings%title(entry)) + 1:)
+         if (atom%group == reading%atoms(1)%group .and. atom%key > 0) text = text(len('& ') + len(settings%title(entry)) + 1:)
       end associate
    end function shown_other
 
@@ -285,41 +278,37 @@ contains
       end do
    end function with_or
 
-   !> An advice with its group and key, which are those of the message where it begins with a value.
-   pure function of_key(advice, subject) result(text)
-      character(*), intent(in) :: advice
-      type(atom_t), intent(in) :: subject        !! what the message is about
-      character(:), allocatable :: text
-      text = advice
-      if (advice(1:1) == '''' .and. subject%key /= '') &
-         text = '&'//trim(subject%group)//' '//trim(subject%key)//' = '//advice(:1 + index(advice(2:), ''''))
-   end function of_key
+   !> Name of the key of a word, '' where it has none.
+   pure function key_of(atom) result(name)
+      type(atom_t), intent(in) :: atom
+      character(:), allocatable :: name
+      name = ''
+      if (atom%key > 0) name = trim(keys(first_key(atom%group) + atom%key - 1)%name)
+   end function key_of
 
    !> Whether a model may take an advice: with it no rule refuses the model that did not before, and none what is advised. Advice in words always may be
    !> taken.
-   pure logical function is_allowed(advice, entry, settings, broken)
-      character(*), intent(in) :: advice
+   pure logical function is_allowed(rule, entry, settings, broken)
+      type(rule_t), intent(in) :: rule
       integer, intent(in) :: entry               !! position of the group of the message
       type(settings_t), intent(in) :: settings
       logical, intent(in) :: broken(:)           !! rules that are broken without it
-      type(atom_t), allocatable :: atoms(:), subject(:)
+      type(atom_t), allocatable :: advice(:)
       type(settings_t) :: changed
       type(model_t) :: other
       type(breach_t), allocatable :: breaches(:)
       logical :: anew(size(rules))
-      integer :: i, k, row
-      is_allowed = index(advice, '&') /= 1
+      integer :: i, k
+      is_allowed = rule%of_use == 0
       if (is_allowed) return
-      call parse_condition(advice, atoms)
+      i = rule%behind + rule%of_subject + rule%of_other
+      advice = atoms(i + 1:i + rule%of_use)
       changed = settings
       do k = 1, changed%count
-         do i = 1, size(atoms)
-            associate (group => changed%entries(k))
-               if (group%name /= atoms(i)%group .or. atoms(i)%choices == 0) cycle
-               if (settings%entries(entry)%name == group%name .and. k /= entry) cycle
-               row = row_of(group, atoms(i)%key)
-               call give(group%settings(row), is_text(keys(first_key(group%group) + row - 1)), trim(atoms(i)%values(1)))
-            end associate
+         do i = 1, size(advice)
+            if (changed%entries(k)%group /= advice(i)%group .or. advice(i)%key == 0) cycle
+            if (settings%entries(entry)%group == advice(i)%group .and. k /= entry) cycle
+            call give(changed%entries(k)%settings(advice(i)%key), advice(i))
          end do
       end do
       call fill_model(changed, other)
@@ -328,23 +317,25 @@ contains
       anew(breaches%rule) = rules(breaches%rule)%verdict == not_with .or. rules(breaches%rule)%verdict == requires
       is_allowed = .not. any(anew .and. .not. broken)
       do k = 1, size(breaches)
-         call parse_condition(rules(breaches(k)%rule)%subject, subject)
-         if (anew(breaches(k)%rule)) is_allowed = is_allowed .and. &
-            .not. any(atoms%choices > 0 .and. atoms%group == subject(1)%group .and. atoms%key == subject(1)%key)
+         associate (subject => atoms(rules(breaches(k)%rule)%behind + 1))
+            if (anew(breaches(k)%rule)) is_allowed = is_allowed .and. &
+               .not. any(advice%group == subject%group .and. advice%key == subject%key)
+         end associate
       end do
    end function is_allowed
 
-   !> Give a setting one value.
-   pure subroutine give(setting, of_text, value)
+   !> Give a setting the value of a word.
+   pure subroutine give(setting, atom)
       type(setting_t), intent(inout) :: setting
-      logical, intent(in) :: of_text             !! whether its values are text
-      character(*), intent(in) :: value
-      integer :: status
+      type(atom_t), intent(in) :: atom
       setting%good = .true.
       setting%given = .true.
       if (setting%count < 1) return
       setting%count = 1
-      setting%values(1)%text = value
-      if (.not. of_text) call parse_real(value, setting%numbers(1), status)
+      if (atom%last >= atom%first) then
+         setting%values(1)%text = trim(values(atom%first))
+      else
+         setting%numbers(1) = atom%number
+      end if
    end subroutine give
 end module hampm_rule_check

@@ -1,10 +1,10 @@
 !> The table of rules as text, which `--rules` prints: docs/reference/key_rules.md is this text, and `--json` the same for programs.
 module hampm_rule_reference
    use hampm_choice_sets, only: expanded
-   use hampm_conditions, only: next_break
    use hampm_json, only: array, item, member, object
    use hampm_keys, only: groups
-   use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, &
+   use hampm_rule_table, only: rules
+   use hampm_rules, only: rule_t, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, &
                           mechanics, not_built, by_meaning
    use hampm_rule_check, only: required_text, with_or, words
    use hampm_text, only: line, paragraph, to_text
@@ -24,7 +24,7 @@ contains
       integer :: g
       text = line('# How keys depend on each other')//line('') &
              //paragraph('The output of `hampm --rules`, from the table by which models are validated '// &
-                         '(`src/input/rules.f90`); `hampm --rules --json` has it for programs. [keys.md](keys.md) has what '// &
+                         '(`src/input/schema`); `hampm --rules --json` has it for programs. [keys.md](keys.md) has what '// &
                          'each key allows by itself, [places.md](places.md) where things have to be and which numbers go '// &
                          'together. All errors are reported at once, and `hampm --check` looks for them without a run.', 0) &
              //line('') &
@@ -102,6 +102,14 @@ contains
          text = text//condition(behind:from - 1)
       end do
    end function as_code
+
+   !> Where the next `and` or `or` is with the blank before it; past the end for none.
+   pure integer function next_break(text)
+      character(*), intent(in) :: text
+      integer :: i, at(2)
+      at = [index(text, ' and '), index(text, ' or ')]
+      next_break = minval([(merge(at(i), len_trim(text) + 1, at(i) > 0), i=1, 2)])
+   end function next_break
 
    !> All rules as JSON.
    pure function rules_json() result(text)

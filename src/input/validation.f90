@@ -6,7 +6,7 @@ module hampm_validation
    use hampm_keys, only: groups, keys, renamed, first_key, choices, allowed_text, default_count, default_value, is_text, new_entry
    use hampm_settings, only: settings_t, setting_t, group_entry_t, value_t
    use hampm_text, only: to_text, lower_case, did_you_mean, printable
-   use hampm_values, only: parse_real, parse_integer, in_interval, is_number, is_extreme, is_no_number
+   use hampm_values, only: parse_real, parse_integer, is_number, is_extreme, is_no_number
    use hampm_version, only: program_name
    implicit none
    private
@@ -165,7 +165,7 @@ contains
          call parse_real(value%text, number, status)
       end if
       if (value%quoted) status = is_no_number
-      if (status == is_number .and. .not. in_interval(number, trim(key%allowed))) then
+      if (status == is_number .and. .not. in_range(number, key)) then
          message = must_be(key)
       else if (status == is_extreme .and. key%value_type == type_integer) then
          message = must_be(key)//' and at most '//to_text(huge(1))
@@ -175,6 +175,14 @@ contains
          message = must_be(key)//' (it is no '//trim(merge('integer', 'number ', key%value_type == type_integer))//')'
       end if
    end subroutine validate_number
+
+   !> Whether a number is in the interval of a key.
+   pure logical function in_range(number, key)
+      real(dp), intent(in) :: number
+      type(key_t), intent(in) :: key
+      in_range = merge(number > key%lowest, number >= key%lowest, key%above) .and. &
+                 merge(number < key%highest, number <= key%highest, key%below)
+   end function in_range
 
    !> Check a text or choice; `message` stays where nothing is wrong.
    pure subroutine validate_text(group, key, value, message)

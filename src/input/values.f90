@@ -1,11 +1,11 @@
-!> Numbers and intervals from text. Anything that is not wholly a number is refused, and so are infinity, what is not a
+!> Numbers from text. Anything that is not wholly a number is refused, and so are infinity, what is not a
 !> number, and magnitudes that no model in SI units has: products of a few numbers can then not overflow.
 module hampm_values
    use hampm_kinds, only: dp
    use hampm_text, only: lower_case, to_text
    implicit none
    private
-   public :: parse_real, parse_integer, in_interval, least_magnitude, is_number, is_extreme, is_no_number
+   public :: parse_real, parse_integer, least_magnitude, is_number, is_extreme, is_no_number
 
    integer, parameter :: is_number = 0             !! what was read is a number
    integer, parameter :: is_extreme = 1            !! infinite, undefined, or of an extreme magnitude
@@ -88,27 +88,4 @@ contains
       call parse_real(text, number, status)
       if (abs(number) > huge(1)) status = is_extreme
    end subroutine parse_integer
-
-   !> Whether a number lies in an interval in the notation `[0, 0.5)`, `(0, inf)`.
-   pure logical function in_interval(number, interval)
-      real(dp), intent(in) :: number
-      character(*), intent(in) :: interval
-      real(dp) :: bound
-      integer :: comma, last, status
-      comma = index(interval, ',')
-      last = len_trim(interval)
-      in_interval = .true.
-      call parse_real(trim(adjustl(interval(2:comma - 1))), bound, status)
-      if (status == is_number) then
-         in_interval = number > bound
-         if (interval(1:1) == '[') in_interval = number >= bound
-      end if
-      call parse_real(trim(adjustl(interval(comma + 1:last - 1))), bound, status)
-      if (status /= is_number) return
-      if (interval(last:last) == ']') then
-         in_interval = in_interval .and. number <= bound
-      else
-         in_interval = in_interval .and. number < bound
-      end if
-   end function in_interval
 end module hampm_values

@@ -10,27 +10,11 @@
 !> Source: Simo & Hughes, Computational Inelasticity (1998), boxes 3.1 and 3.2, with the consistent tangent.
 module hampm_j2_plastic
    use hampm_kinds, only: dp
-   use hampm_key_rows, only: key_t, type_real, positive, not_negative
    use hampm_law, only: law_t, constant_t, value_of
    use hampm_tensors, only: norm, space, unit_tensor, trace_of, symmetric, deviator, n_deviator, components_of, deviator_of
    implicit none
    private
-   public :: j2_plastic_t, new_j2_plastic, j2_plastic_keys
-
-   type(key_t), parameter :: j2_plastic_keys(*) = [ &
-      key_t('yield_stress', type_real, &
-            'of law = ''j2_plastic'': the stress in uniaxial tension at which the material yields at first', default='0.0', &
-            unit='Pa', allowed=not_negative, only_with='law = ''j2_plastic'''), &
-      key_t('hardening', type_real, 'of law = ''j2_plastic'': by which the yield stress rises with the equivalent plastic strain', &
-            default='0.0', unit='Pa', allowed=not_negative, only_with='law = ''j2_plastic'''), &
-      key_t('saturation', type_real, 'of law = ''j2_plastic'': by which it rises to a limit besides (Voce)', default='0.0', &
-            unit='Pa', allowed=not_negative, only_with='law = ''j2_plastic'''), &
-      key_t('saturation_strain', type_real, &
-            'the equivalent plastic strain at which 1 - 1/e of that is reached; required with saturation', allowed=positive, &
-            fewest=0, only_with='saturation'), &
-      key_t('kinematic_hardening', type_real, &
-            'of law = ''j2_plastic'': by which the back stress rises with the plastic strain (Prager)', default='0.0', unit='Pa', &
-            allowed=not_negative, only_with='law = ''j2_plastic''')]
+   public :: j2_plastic_t, new_j2_plastic
 
    integer, parameter :: equivalent = n_deviator + 1 !! which state variable is alpha
    real(dp), parameter :: rounding = 1.0e-13_dp  !! largest excess of a stress over the yield stress, relative

@@ -1,17 +1,14 @@
-!> The table of material laws, and the keys of `&material` that are constants of some of them only.
+!> The table of material laws.
 module hampm_laws
-   use hampm_j2_plastic, only: new_j2_plastic, j2_plastic_keys
-   use hampm_key_rows, only: key_t
+   use hampm_j2_plastic, only: new_j2_plastic
    use hampm_law, only: law_row_t
-   use hampm_mooney_rivlin, only: new_mooney_rivlin, check_mooney_rivlin, mooney_rivlin_keys
+   use hampm_mooney_rivlin, only: new_mooney_rivlin, check_mooney_rivlin
    use hampm_neo_hookean, only: new_neo_hookean
-   use hampm_orthotropic, only: check_orthotropic, orthotropic_keys
-   use hampm_viscoelastic, only: new_viscoelastic, check_viscoelastic, viscoelastic_keys
+   use hampm_orthotropic, only: check_orthotropic
+   use hampm_viscoelastic, only: new_viscoelastic, check_viscoelastic
    implicit none
    private
-   public :: laws, law_row, law_keys
-
-   type(key_t), parameter :: law_keys(*) = [j2_plastic_keys, mooney_rivlin_keys, viscoelastic_keys, orthotropic_keys]
+   public :: laws, law_row
 
 contains
 

@@ -9,18 +9,13 @@
 !> Source: Mooney, Journal of Applied Physics 11 (1940) 582-592; Holzapfel, Nonlinear Solid Mechanics (2000), section 6.5.
 module hampm_mooney_rivlin
    use hampm_kinds, only: dp
-   use hampm_key_rows, only: key_t, type_real, positive
    use hampm_law, only: law_t, constant_t, flaw_t, add_flaw, value_of
    use hampm_neo_hookean, only: log_of, isochoric_change
    use hampm_tensors, only: space, unit_tensor, trace_of, volume_change, inverse_transpose_of
    use hampm_text, only: to_text
    implicit none
    private
-   public :: mooney_rivlin_t, new_mooney_rivlin, check_mooney_rivlin, mooney_rivlin_keys
-
-   type(key_t), parameter :: mooney_rivlin_keys(*) = [ &
-      key_t('c01', type_real, 'of law = ''mooney_rivlin'': modulus of the second invariant; c10 = young/(4 (1 + poisson)) - c01', &
-            unit='Pa', allowed=positive, fewest=0, only_with='law = ''mooney_rivlin''')]
+   public :: mooney_rivlin_t, new_mooney_rivlin, check_mooney_rivlin
 
    type, extends(law_t) :: mooney_rivlin_t
       real(dp) :: lambda = 0                     !! lambda' [Pa]

@@ -12,39 +12,13 @@
 !> do not turn with the material.
 module hampm_orthotropic
    use hampm_kinds, only: dp, ndim
-   use hampm_key_rows, only: key_t, type_real, positive, any_number
    use hampm_law, only: constant_t, flaw_t, add_flaw, value_of
    use hampm_tensors, only: norm, voigt, n_voigt, in_plane, quarter_turn, identity, inverse_transpose
    implicit none
    private
    public :: stiffness_of_solid, acoustic_modulus_of_solid
    public :: orthotropic_t, orthotropic_of, check_orthotropic, n_voigt, plane_compliance, inverse_of, turned_stiffness, &
-             turned_compliance, turned_strain, voigt_stress, acoustic_modulus, why_not_definite, orthotropic_keys
-
-   integer, parameter :: n_angles = merge(1, 3, ndim == 2)
-   character(*), parameter :: no_turn = '0.0'//repeat(', 0.0', n_angles - 1)
-
-   type(key_t), parameter :: orthotropic_keys(*) = [ &
-      key_t('young_1', type_real, 'of ''orthotropic'': Young''s modulus along axis 1 of the material', unit='Pa', &
-            allowed=positive, fewest=0, only_with='law = ''orthotropic'''), &
-      key_t('young_2', type_real, 'the same along axis 2', unit='Pa', allowed=positive, fewest=0, &
-            only_with='law = ''orthotropic'''), &
-      key_t('young_3', type_real, 'the same across the plane; required in plane strain', unit='Pa', allowed=positive, fewest=0, &
-            only_with='law = ''orthotropic'''), &
-      key_t('shear_12', type_real, 'shear modulus in the plane, between axes 1 and 2', unit='Pa', allowed=positive, fewest=0, &
-            only_with='law = ''orthotropic'''), &
-      key_t('shear_13', type_real, 'of solids: the same between axes 1 and 3', unit='Pa', allowed=positive, fewest=0, &
-            only_with='law = ''orthotropic'''), &
-      key_t('shear_23', type_real, 'of solids: the same between axes 2 and 3', unit='Pa', allowed=positive, fewest=0, &
-            only_with='law = ''orthotropic'''), &
-      key_t('poisson_12', type_real, '-(strain along 2)/(strain along 1) under stress along 1; poisson_21 follows', &
-            allowed=any_number, fewest=0, only_with='law = ''orthotropic'''), &
-      key_t('poisson_13', type_real, '-(strain across the plane)/(strain along 1) under stress along 1; required in plane strain', &
-            allowed=any_number, fewest=0, only_with='law = ''orthotropic'''), &
-      key_t('poisson_23', type_real, '-(strain across the plane)/(strain along 2) under stress along 2; required in plane strain', &
-            allowed=any_number, fewest=0, only_with='law = ''orthotropic'''), &
-      key_t('angle', type_real, 'of axis 1 of an orthotropic material from x, anticlockwise; of solids around x, then y, then z', &
-            default=no_turn, unit='degrees', allowed=any_number, fewest=n_angles, most=n_angles, only_with='law = ''orthotropic''')]
+             turned_compliance, turned_strain, voigt_stress, acoustic_modulus, why_not_definite
 
    real(dp), parameter :: to_radians = acos(-1.0_dp)/180
 

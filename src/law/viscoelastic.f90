@@ -12,24 +12,16 @@
 !> sections 10.2 and 10.3.
 module hampm_viscoelastic
    use hampm_kinds, only: dp
-   use hampm_key_rows, only: key_t, type_real, positive
    use hampm_law, only: law_t, constant_t, flaw_t, add_flaw, values_of, most_values
    use hampm_tensors, only: space, unit_tensor, trace_of, symmetric, deviator, n_deviator, components_of, deviator_of
    use hampm_text, only: to_text
    implicit none
    private
-   public :: viscoelastic_t, new_viscoelastic, check_viscoelastic, most_branches, viscoelastic_keys
+   public :: viscoelastic_t, new_viscoelastic, check_viscoelastic, most_branches
 
    integer, parameter :: most_branches = most_values !! of a series
    integer, parameter :: taken_energy = n_deviator + 1 !! which state variable it is
    real(dp), parameter :: decimals = 1.0e-6_dp   !! of constants that are given by their decimals
-
-   type(key_t), parameter :: viscoelastic_keys(*) = [ &
-      key_t('moduli', type_real, &
-            'of law = ''viscoelastic'': the relaxing parts of the instantaneous shear modulus, a Prony series', unit='Pa', &
-            allowed=positive, fewest=0, most=most_branches, only_with='law = ''viscoelastic'''), &
-      key_t('relaxation_times', type_real, 'of law = ''viscoelastic'': the time in which each of them falls to 1/e', unit='s', &
-            allowed=positive, fewest=0, most=most_branches, only_with='law = ''viscoelastic''')]
 
    type, extends(law_t) :: viscoelastic_t
       real(dp) :: kappa = 0                      !! bulk modulus [Pa]

@@ -74,7 +74,7 @@ contains
       along = 0
       associate (first => probe%at(:, 1), last => probe%at(:, size(probe%at, 2)))
          if (n > 1 .and. probe%gives('strain')) along = elongation(problem, view, probe%at)
-         if (n == 1 .or. any(probe%quantities /= 'strain' .and. probe%quantities /= '')) then
+         if (n == 1 .or. any(probe%quantity /= 'strain' .and. probe%quantity /= '')) then
             do k = 1, n
                call look_around(problem%matter_t, view, first + (k - 0.5_dp)/n*(last - first), toward, around)
                call add_means(problem, around, 1.0_dp/n, u, v, strain, stress)

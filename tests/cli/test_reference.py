@@ -2,12 +2,17 @@
 
 import json
 import re
+import sys
 
 import h5py
 import pytest
 from base_case import GOOD, LINE, REFINE
 
 from paths import INPUT, ROOT, SOLID_PROGRAM
+
+sys.path.insert(0, str(ROOT / "tools"))
+
+from schema import Schema  # noqa: E402
 
 DOCS = ROOT / "docs/reference"
 
@@ -62,28 +67,17 @@ def test_reference_has_a_row_for_each_key_of_the_template(reference, hampm):
 
 
 def test_each_key_gives_its_value_to_the_scene(choices):
-    """A key that nothing takes from what was written would be allowed, documented, and without effect."""
-    sources = "".join(path.read_text() for path in sorted((ROOT / "src/input").glob("*_group*.f90")))
+    """A key that nothing takes from what was written would be allowed, documented, and without effect: those that the schema leaves to modules."""
+    groups = Schema(ROOT / "src/input/schema").groups
+    assert {(group, key) for group, of in groups.items() for key in of["keys"]} == set(choices)
+    sources = "".join(path.read_text() for path in sorted((ROOT / "src/input").glob("*.f90")))
     fills = re.findall(r"subroutine fill_.*?end subroutine", sources, re.DOTALL)
-    everything = "".join(path.read_text() for path in sorted((ROOT / "src").glob("*/*.f90")))
-    history = next(fill for fill in fills if fill.startswith("subroutine fill_history("))
-    # by the names of keys, at the first of which without a component every model would stop
-    by_name = set(re.search(r"namelist /plain/ (.*)", (ROOT / "src/input/model.f90").read_text())[1].split(", "))
-    assert by_name == {"run", "grid", "damping", "contact", "method", "refine", "output"}
-    for group in {group for group, _ in choices} - by_name:
-        path = ROOT / f"src/input/{group}_group.f90"
-        source = path.read_text() if path.exists() else "".join(fill for fill in fills if f"settings%find('{group}'" in fill)
-        if "call fill_history(" in source:
-            source += history
-        if "call fill_factors(" in source:
-            source += next(fill for fill in fills if fill.startswith("subroutine fill_factors("))
-        taken = set(re.findall(r"settings%\w+\(entry, '(\w+)'", source))
-        for table in re.findall(r"(\w+)%name", "".join(re.findall(r"settings%constants\((.*)\)\n", source))):
-            parts = re.search(rf":: {table}\(\*\) = \[(.*?)\]\n", everything, re.DOTALL)[1]
-            parts = [table] if "key_t(" in parts else parts.split(", ")
-            rows = "".join(re.search(rf":: {part}\(\*\) = \[(.*?)\]\n", everything, re.DOTALL)[1] for part in parts)
-            taken |= set(re.findall(r"key_t\('(\w+)'", rows))
-        assert taken == {key for of, key in choices if of == group}
+    shared = {name: re.search(rf"(?:subroutine|function) {name}\(.*?\n   end ", sources, re.DOTALL)[0]
+              for name in ("fill_history", "fill_factors", "take_ring", "is_hole")}
+    for group, of in groups.items():
+        source = "".join(fill for fill in fills if f"settings%find('{group}'" in fill or fill.startswith(f"subroutine fill_{group}("))
+        source += "".join(text for name, text in shared.items() if f"{name}(" in source)
+        assert set(of.get("by_hand", [])) <= set(re.findall(r"settings%\w+\([^']*(?:'\w+', [1ik]\), )?'(\w+)'", source)), group
 
 
 def test_examples_together_are_a_scene(reference, hampm, tmp_path):

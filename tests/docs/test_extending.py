@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 
 import h5py
 import numpy as np
@@ -12,9 +13,9 @@ import pytest
 from paths import ROOT
 
 PAGE = (ROOT / "docs/how-to/extending.md").read_text()
-BLOCK = re.compile(r"^```(fortran|diff) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-FILES = {"A material law": (1, 1), "A key": (0, 3), "An estimator": (1, 1),
-         "A law of crack growth": (1, 1), "An indicator of refinement": (1, 1)}  # new, changed
+BLOCK = re.compile(r"^```(fortran|toml|diff) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FILES = {"A material law": (1, 1), "A key": (0, 2), "A group": (1, 2), "An estimator": (1, 1),
+         "A law of crack growth": (1, 2), "An indicator of refinement": (1, 2)}  # new, changed
 
 
 def sections():
@@ -48,7 +49,7 @@ def change(tree, blocks):
     """Apply the changes of a section to a tree: the files that are new, and those that are changed."""
     new, changed = set(), set()
     for kind, name, text in blocks:
-        if name.endswith(".f90"):
+        if name.endswith((".f90", ".toml")):
             new.add(name)
             assert not (tree / name).exists()
             (tree / name).write_text(text)
@@ -74,6 +75,7 @@ def program(tree):
     """The program with all changes."""
     for blocks in sections().values():
         change(tree, blocks)
+    subprocess.run([sys.executable, tree / "tools/schema.py"], check=True)
     build = os.environ.get("HAMPM_EXTENDED_BUILD", "quick")
     done = subprocess.run(["make", "-j2", f"build/{build}/hampm", f"build={build}"], cwd=tree, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-3000:]
@@ -83,7 +85,7 @@ def program(tree):
 @pytest.mark.parametrize("title", FILES)
 def test_a_change_touches_its_own_file_and_a_row(title, tmp_path):
     names = {file for _, _, text in sections()[title] for file, _, _ in hunks(text)}
-    for name in names | {name for _, name, _ in sections()[title] if name.endswith(".f90")}:
+    for name in names | {name for _, name, _ in sections()[title] if name.endswith((".f90", ".toml"))}:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         if name in names:
             shutil.copy(ROOT / name, tmp_path / name)
@@ -113,6 +115,9 @@ class TestTheExtendedProgram:
         asked = 12 * (0.05 + 0.64 * 0.01) ** 2 / (70e9 * 0.01**2 * 0.01**3)
         assert results(program, "key.nml", tmp_path)["history"].attrs["G_ref"] == pytest.approx(asked, rel=1e-12)
 
+    def test_loads_are_scaled(self, program, tmp_path):
+        assert results(program, "group.nml", tmp_path)["history"]["reaction_grip_x"][-1] == pytest.approx(-200, rel=1e-9)
+
     def test_displacements_tell_K_of_a_crack_in_a_plate(self, program, tmp_path):
         history = results(program, "estimator.nml", tmp_path)["history"]
         a, width, stress, e = 8e-3, 40e-3, 40e3 / 40e-3, 200e9 / (1 - 0.3**2)
@@ -140,5 +145,5 @@ class TestTheExtendedProgram:
 
     def test_choices_of_the_keys_are_those_of_the_tables(self, program):
         keys = subprocess.run([program, "--keys"], capture_output=True, text=True).stdout
-        for name in "blatz_ko", "displacements", "chi", "r_curve", "plateau", "energy", "times_mean":
+        for name in "blatz_ko", "displacements", "chi", "loads", "r_curve", "plateau", "energy", "times_mean":
             assert f"`{name}`" in keys

@@ -28,6 +28,7 @@ PHRASES = (r"scenes?|mistakes?|mistaken|caveats|whereabouts|sheets?|crowded|leav
 # Where a word stands for another thing, with the reason.
 NAMES_ALLOWED = {
     "litter_t": "the children of one particle, before they are in the arrays", "litter": "the same",
+    "a_pin_without_an_axis": "a feature, by its name in messages",
 }
 FILES_ALLOWED = {
     "docs/reference/glossary.md": "is the table of these words",

@@ -1,28 +1,30 @@
-!> The table of rules: its conditions name groups, keys, choices and features that exist, no row stands twice, and what it advises is known.
+!> The table of rules: its values are choices that exist, no row stands twice, and what it advises heals it. That groups, keys and features of
+!> conditions exist is looked at where the table is written (tools/schema.py).
 program test_rules
-   use hampm_choice_sets, only: expanded
-   use hampm_conditions, only: atom_t, features, is_named, is_present, parse_condition
+   use hampm_choice_sets, only: expanded, is_among
    use hampm_harness, only: check, finish
-   use hampm_keys, only: keys, find_group, find_key, first_key, is_text
-   use hampm_rules, only: rules, requires, no_effect_without, not_built
+   use hampm_keys, only: choices, first_key, is_text, keys
+   use hampm_kinds, only: name_len
+   use hampm_rule_table, only: atoms, features, rules, values
+   use hampm_rules, only: is_below, is_named, no_effect_without, not_built, requires
    implicit none
-   type(atom_t), allocatable :: subject(:), other(:)
    character(:), allocatable :: text
-   integer :: k
+   integer :: k, i, used(size(features))
 
+   used = 0
    do k = 1, size(rules)
       associate (rule => rules(k))
          text = trim(rule%subject)//' / '//trim(rule%other)
-         call check(condition_mistake(trim(rule%subject)) == '', text//': '//condition_mistake(trim(rule%subject)))
-         call check(condition_mistake(trim(rule%other)) == '', text//': '//condition_mistake(trim(rule%other)))
-         call parse_condition(rule%subject, subject)
-         call parse_condition(rule%other, other)
-         call check(subject(1)%group /= '', text//': it is about a group')
-         call check(all(subject%alternative == 1), text//': one condition is broken at a time')
-         if (all(rule%verdict /= [requires, no_effect_without])) &
-            call check(all(other%alternative == 1), text//': only what is required has alternatives')
-         if (rule%use(1:1) == '&') call check(condition_mistake(trim(rule%use)) == '', text//': advice '//trim(rule%use))
-         if (rule%use(1:1) == '&') call check(heals(rule%use), text//': with what is advised it is not broken')
+         call check(atoms(rule%behind + 1)%group > 0, text//': it is about a group')
+         do i = rule%behind + 1, rule%behind + rule%of_subject + rule%of_other + rule%of_use
+            call check(has_choices(i), text//': its choices exist')
+            if (atoms(i)%kind == is_named) used(atoms(i)%feature) = used(atoms(i)%feature) + 1
+         end do
+         associate (other => atoms(rule%behind + rule%of_subject + 1:rule%behind + rule%of_subject + rule%of_other))
+            if (all(rule%verdict /= [requires, no_effect_without])) &
+               call check(all(other%alternative == 1), text//': only what is required has alternatives')
+         end associate
+         if (rule%use(1:1) == '&') call check(heals(k), text//': with what is advised it is not broken')
          if (rule%basis == not_built) call check(rule%reason /= '' .or. rule%use /= '', text//': says what is not there')
          call check(len_trim(rule%reason) < len(rule%reason) .and. len_trim(rule%other) < len(rule%other) .and. &
                     len_trim(rule%subject) < len(rule%subject) .and. len_trim(rule%use) < len(rule%use), text//': is not cut off')
@@ -30,65 +32,53 @@ program test_rules
                               rules(:k - 1)%verdict == rule%verdict), text//': stands once')
       end associate
    end do
-   deallocate (subject, other, text)
-
-   call check(condition_mistake('&method tim = ''static''') /= '', 'a key that does not exist is found')
-   call check(condition_mistake('&method time = ''statik''') /= '', 'a choice that does not exist is found')
-   call check(condition_mistake('&methode') /= '', 'a group that does not exist is found')
-   call check(condition_mistake('cells that fly') /= '', 'a feature that does not exist is found')
+   do k = 1, size(features)
+      call check(used(k) > 0, trim(features(k))//' is a feature that a rule names')
+   end do
+   call check(is_among('j2_plastic', [character(name_len) :: 'none', '{laws with a history}']) .and. &
+              .not. is_among('orthotropic', [character(name_len) :: 'none', '{laws with a history}']), 'sets have their names')
    call finish()
 
 contains
 
-   !> What is wrong with a condition, '' for nothing: groups, keys, choices and features that are not there.
-   function condition_mistake(text) result(mistake)
-      character(*), intent(in) :: text
-      character(:), allocatable :: mistake
-      type(atom_t), allocatable :: atoms(:)
-      integer :: i, k, row
-      mistake = ''
-      call parse_condition(text, atoms)
-      do i = 1, size(atoms)
-         associate (atom => atoms(i))
-            if (atom%kind == is_named) then
-               if (.not. any(features == atom%text)) mistake = 'no feature '//trim(atom%text)
-               cycle
+   !> Whether the values of a word are among the choices of its key, and sets have names.
+   logical function has_choices(word) result(has)
+      integer, intent(in) :: word
+      character(name_len), allocatable :: list(:)
+      integer :: i
+      has = .true.
+      if (atoms(word)%last < atoms(word)%first) return
+      associate (key => keys(first_key(atoms(word)%group) + atoms(word)%key - 1))
+         if (key%allowed == '' .or. .not. is_text(key)) return
+         call choices(key, list)
+         do i = atoms(word)%first, atoms(word)%last
+            if (values(i)(1:1) == '{') then
+               has = has .and. expanded(values(i), '', '|') /= ''
+            else
+               has = has .and. any(list == values(i))
             end if
-            if (find_group(trim(atom%group)) == 0) then
-               mistake = 'no group &'//trim(atom%group)
-               cycle
-            end if
-            if (atom%kind == is_present) cycle
-            row = find_key(find_group(trim(atom%group)), trim(atom%key))
-            if (row == 0 .or. atom%kind == 0) then
-               mistake = 'no condition: '//trim(atom%text)
-               cycle
-            end if
-            associate (key => keys(first_key(find_group(trim(atom%group))) + row - 1))
-               do k = 1, atom%choices
-                  if (key%allowed /= '' .and. is_text(key) .and. &
-                      index('|'//expanded(key%allowed, '', '|')//'|', '|'//trim(atom%values(k))//'|') == 0) &
-                     mistake = '&'//trim(atom%group)//' '//trim(atom%key)//' has no choice '//trim(atom%values(k))
-               end do
-            end associate
-         end associate
-      end do
-   end function condition_mistake
+         end do
+      end associate
+   end function has_choices
 
    !> Whether an advice gives a key of the rule a value with which it is not broken.
-   logical function heals(advice)
-      character(*), intent(in) :: advice
-      type(atom_t), allocatable :: given(:), atoms(:)
-      integer :: i, j
-      call parse_condition(advice, given)
-      allocate (atoms, source=[subject, other])
+   logical function heals(row)
+      integer, intent(in) :: row
+      integer :: i, j, behind
       heals = .false.
-      do i = 1, size(given)
-         do j = 1, size(atoms)
-            if (atoms(j)%group /= given(i)%group .or. atoms(j)%key /= given(i)%key) cycle
-            heals = heals .or. index(atoms(j)%text, ' < ') > 0 .or. &
-                    .not. any(atoms(j)%values(:atoms(j)%choices) == given(i)%values(1))
+      associate (rule => rules(row))
+         behind = rule%behind + rule%of_subject + rule%of_other
+         do i = behind + 1, behind + rule%of_use
+            do j = rule%behind + 1, behind
+               if (atoms(j)%group /= atoms(i)%group .or. atoms(j)%key /= atoms(i)%key) cycle
+               heals = heals .or. atoms(j)%kind == is_below
+               if (atoms(i)%last >= atoms(i)%first) then
+                  heals = heals .or. .not. any(values(atoms(j)%first:atoms(j)%last) == values(atoms(i)%first))
+               else
+                  heals = heals .or. abs(atoms(j)%number - atoms(i)%number) > 0
+               end if
+            end do
          end do
-      end do
+      end associate
    end function heals
 end program test_rules

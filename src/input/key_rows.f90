@@ -1,11 +1,10 @@
-!> The rows of the tables of groups and keys, and the words that stand in them.
+!> The rows of the tables of groups and keys (`hampm_key_table`).
 module hampm_key_rows
-   use hampm_kinds, only: ndim, name_len
+   use hampm_kinds, only: dp, name_len
    implicit none
    private
-   public :: zeros, along_x, near_side, far_side, components, group_t, key_t, list_len, max_values, once, repeats, any_number, &
-             positive, not_negative, type_real, type_integer, type_name, type_text, type_logical, is_required, is_assumed, &
-             is_optional
+   public :: group_t, key_t, list_len, max_values, type_real, type_integer, type_name, type_text, type_logical, is_required, &
+             is_assumed, is_optional
 
    integer, parameter :: type_real = 1, type_integer = 2
    integer, parameter :: type_name = 3             !! text of at most `name_len` characters: a name or a choice
@@ -18,12 +17,6 @@ module hampm_key_rows
 
    integer, parameter :: max_values = 1000         !! most values of any key
    integer, parameter :: list_len = 256            !! longest list of values or choices in this table
-   logical, parameter :: repeats = .true., once = .false.
-
-   character(*), parameter :: zeros = repeat('0.0, ', ndim - 1)//'0.0'     !! of a vector
-   character(*), parameter :: along_x = '1.0'//repeat(', 0.0', ndim - 1)
-   character(*), parameter :: near_side = repeat(', 0.0', ndim - 2), far_side = repeat(', 0.01', ndim - 2) !! z in the template
-   character(*), parameter :: components = 'x|y|xy|z|xz|yz|xyz'            !! of a vector: the first three are those in the plane
 
    !> A row of the table of groups.
    type :: group_t
@@ -46,8 +39,7 @@ module hampm_key_rows
                                                    !! `hampm_choice_sets` in braces; '' for any text
       integer :: fewest = 1, most = 1              !! number of values
       logical :: required = .false.                !! whether it must be given
-      character(32) :: only_with = ''              !! condition on another key of its group that it requires; '' for none
+      real(dp) :: lowest = -huge(1.0_dp), highest = huge(1.0_dp) !! ends of the interval
+      logical :: above = .false., below = .false.  !! whether these are outside of it
    end type key_t
-
-   character(*), parameter :: any_number = '(-inf, inf)', positive = '(0, inf)', not_negative = '[0, inf)'
 end module hampm_key_rows
