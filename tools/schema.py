@@ -7,7 +7,7 @@
 A file of a group has `meaning`, `presence` (required, assumed, optional), `repeats`, `apart` (from the other groups of the template), `by_hand`
 (keys whose values its module takes), `type` (of the values, where it is not <group>_keys_t, and its module), `extends` (another type), and [keys]. A key has `type` (real,
 integer, logical, name, text), `count` (one number or [fewest, most]; order.toml has names of some), `required`, `default`, `example`, `unit`,
-`range` or `choices`, `only_with` (a condition on its group that it requires), `constant` (it is a constant of a law), and `meaning`.
+`range` or `choices`, `only_with` (a condition on its group that it requires), `constant` (of a law), `also` (what others call it), and `meaning`.
 `'*' = 'history'` stands for the keys of history.toml but for those that the group has `without`.
 
 A rule has `if` and one of not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with: conditions as in CONTRIBUTING.md. Then
@@ -28,7 +28,7 @@ VERDICTS = "not_with", "requires", "no_effect_with", "no_effect_without", "warne
 BASES = {"mechanics": "mechanics", "not_built": "not_built", "meaning": "by_meaning"}
 KINDS = {"=": "is_one_of", "/=": "is_none_of", ">": "is_above", "<": "is_below"}
 SIGNS = {"[": ".false.", "]": ".false.", "(": ".true.", ")": ".true."}
-KEY_WORDS = {"type", "count", "required", "default", "example", "unit", "range", "choices", "only_with", "constant", "meaning"}
+KEY_WORDS = {"type", "count", "required", "default", "example", "unit", "range", "choices", "only_with", "constant", "also", "meaning"}
 
 
 class Mistake(Exception):
@@ -222,6 +222,8 @@ def key_words(schema, name, row):
         for sign, bound, side, is_open in ((match[1], match[2], "lowest", "above"), (match[4], match[3], "highest", "below")):
             if "inf" not in bound:
                 words += [f"{side}={number(bound)}", *([f"{is_open}=.true."] if SIGNS[sign] == ".true." else [])]
+    if "also" in row:
+        words.append(f"also={quoted('|'.join(row['also']))}")
     fewest, most = count_of(schema, row)
     words += [f"fewest={fewest}"] * (fewest != "1") + [f"most={most}"] * (most != "1")
     return words + ["required=.true."] * row.get("required", False)

@@ -158,14 +158,21 @@ contains
    end function printable
 
    !> The candidate that a misspelt word was probably meant to be, or '' where none is close.
-   !> Close is: few changes of a letter against the length of the word, or the beginning of the candidate.
+   !> Close is: the beginning of one candidate alone; few changes of a letter against the length of the word; the beginning of several.
    pure function nearest_name(word, candidates) result(nearest)
       character(*), intent(in) :: word
       character(*), intent(in) :: candidates(:)
       character(:), allocatable :: nearest
+      logical :: begins(size(candidates))
       integer :: i, distance, least
       nearest = ''
       if (len(word) == 0 .or. len(word) > name_len) return
+      begins = len(word) > 2 .and. candidates /= word .and. &
+               [(index(candidates(i), lower_case(word)) == 1, i=1, size(candidates))]
+      if (count(begins) == 1) then
+         nearest = trim(candidates(findloc(begins, .true., dim=1)))
+         return
+      end if
       least = (len(word) + 2)/3
       do i = 1, size(candidates)
          if (candidates(i) == word) cycle
@@ -175,10 +182,7 @@ contains
             least = distance - 1
          end if
       end do
-      if (nearest /= '' .or. len(word) < 3) return
-      do i = 1, size(candidates)
-         if (index(candidates(i), lower_case(word)) == 1) nearest = trim(candidates(i))
-      end do
+      if (nearest == '' .and. any(begins)) nearest = trim(candidates(findloc(begins, .true., dim=1, back=.true.)))
    end function nearest_name
 
    !> The question to put behind the complaint about a misspelt word; '' where no candidate is close.

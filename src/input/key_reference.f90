@@ -100,7 +100,8 @@ contains
       text = line(array(text))
    end function keys_json
 
-   !> A key as JSON: its `type`, how many values it takes, and what these may be: an interval `allowed`, or `choices`.
+   !> A key as JSON: its `type`, how many values it takes, and what these may be: an interval `allowed`, or `choices`;
+   !> `also` has what others call it.
    pure function key_json(key) result(json)
       type(key_t), intent(in) :: key
       character(:), allocatable :: json, list
@@ -123,6 +124,7 @@ contains
       else if (key%value_type /= type_logical) then
          json = json//member('allowed', trim(key%allowed))
       end if
+      if (key%also /= '') json = json//member('also', trim(key%also))
       json = object(json//member('meaning', trim(key%meaning)))
    end function key_json
 

@@ -43,9 +43,9 @@ module hampm_key_table
       key_t('plane', type_name, 'plane stress, plane strain, or material around the axis x = 0, where x is the radius', &
          default='stress', allowed='stress|strain|axisymmetric'), &
       key_t('thickness', type_real, 'thickness of the plane; forces and energies are those of all of it', default='1.0', &
-         example=merge('0.01', '    ', ndim == 2), unit='m', allowed='(0, inf)', lowest=0.0_dp, above=.true.), &
+         example=merge('0.01', '    ', ndim == 2), unit='m', allowed='(0, inf)', lowest=0.0_dp, above=.true., also='t|b'), &
       key_t('end_time', type_real, 'the run goes from time 0 to this time', example='1.5e-3', unit='s', allowed='(0, inf)', &
-         lowest=0.0_dp, above=.true., required=.true.), &
+         lowest=0.0_dp, above=.true., also='t_end|tend|t_max|tmax', required=.true.), &
       key_t('stop_when', type_name, 'what ends the run before that, at a sample; none by default', &
          allowed='arrested|load_dropped|crack_length|separated', fewest=0, most=4), &
       key_t('stop_length', type_real, 'of crack_length: length of a whole crack', default='0.0', unit='m', allowed='[0, inf)', &
@@ -59,7 +59,7 @@ module hampm_key_table
       key_t('lower', type_real, 'lower corner of the lattice', default=merge('0.0, 0.0     ', '0.0, 0.0, 0.0', ndim == 2), &
          unit='m', allowed='(-inf, inf)', fewest=ndim, most=ndim), &
       key_t('cell', type_real, 'size of a root cell, the same in both directions', example=merge('1.25e-3', '2.5e-3 ', ndim == &
-         2), unit='m', allowed='(0, inf)', lowest=0.0_dp, above=.true., required=.true.), &
+         2), unit='m', allowed='(0, inf)', lowest=0.0_dp, above=.true., also='h|dx|cell_size', required=.true.), &
       key_t('cells', type_integer, 'number of root cells in each direction', example=merge('80, 9   ', '40, 5, 4', ndim == 2), &
          allowed='[1, inf)', lowest=1.0_dp, fewest=ndim, most=ndim, required=.true.), &
       key_t('order', type_integer, 'of the shape functions: 1 bilinear, 2 biquadratic cells with nine nodes', default='1', &
@@ -70,16 +70,16 @@ module hampm_key_table
       key_t('law', type_name, 'neo_hookean and mooney_rivlin are for any strain and rotation, the others for small ones', &
          default='linear_elastic', allowed='{laws}'), &
       key_t('young', type_real, 'Young''s modulus, at small strain; required of isotropic laws', example='70e9', unit='Pa', &
-         allowed='(0, inf)', lowest=0.0_dp, above=.true., fewest=0), &
+         allowed='(0, inf)', lowest=0.0_dp, above=.true., also='e|e_modulus|youngs_modulus', fewest=0), &
       key_t('poisson', type_real, 'Poisson''s ratio, at small strain', default='0.0', example='0.3', allowed='(-1, 0.5)', &
-         lowest=-1.0_dp, above=.true., highest=0.5_dp, below=.true.), &
+         lowest=-1.0_dp, above=.true., highest=0.5_dp, below=.true., also='nu|poissons_ratio'), &
       key_t('density', type_real, 'mass per undeformed volume', example='2700.0', unit='kg/m3', allowed='(0, inf)', &
-         lowest=0.0_dp, above=.true., required=.true.), &
+         lowest=0.0_dp, above=.true., also='rho', required=.true.), &
       key_t('volumetric', type_name, 'each point has its own dilatation, or the mean of its cell, which does not lock at '// &
          'constant volume', default='standard', allowed='standard|b_bar'), &
       key_t('yield_stress', type_real, &
          'of law = ''j2_plastic'': the stress in uniaxial tension at which the material yields at '//'first', default='0.0', &
-         unit='Pa', allowed='[0, inf)', lowest=0.0_dp), &
+         unit='Pa', allowed='[0, inf)', lowest=0.0_dp, also='sigma_y|sigma_0|sy'), &
       key_t('hardening', type_real, &
          'of law = ''j2_plastic'': by which the yield stress rises with the equivalent plastic strain', default='0.0', &
          unit='Pa', allowed='[0, inf)', lowest=0.0_dp), &
@@ -235,12 +235,13 @@ module hampm_key_table
 
    type(key_t), parameter :: damping_keys(*) = [ &
       key_t('rate', type_real, 'damping force over mass times velocity', default='0.0', example='1.0e4', unit='1/s', &
-         allowed='[0, inf)', lowest=0.0_dp)]
+         allowed='[0, inf)', lowest=0.0_dp, also='alpha')]
 
    type(key_t), parameter :: contact_keys(*) = [ &
       key_t('bodies', type_name, 'bonded: one velocity field, in which they stick; else one for each: those that touch '// &
          'stick, or slide', default='bonded', allowed='bonded|stick|frictionless|friction'), &
-      key_t('friction', type_real, 'of bodies = ''friction'': coefficient', default='0.0', allowed='[0, inf)', lowest=0.0_dp), &
+      key_t('friction', type_real, 'of bodies = ''friction'': coefficient', default='0.0', allowed='[0, inf)', lowest=0.0_dp, &
+         also='mu'), &
       key_t('distance', type_real, 'gap between their surfaces at which bodies touch', default='0.0', unit='m', &
          allowed='[0, inf)', lowest=0.0_dp)]
 
@@ -249,10 +250,10 @@ module hampm_key_table
          'equilibrium', default='explicit', allowed='explicit|implicit|static'), &
       key_t('time_step', type_real, &
          'of time = ''implicit'': longest time step; 0: by courant, and 1/1000 of end_time where that '//'is 0', default='0.0', &
-         unit='s', allowed='[0, inf)', lowest=0.0_dp), &
+         unit='s', allowed='[0, inf)', lowest=0.0_dp, also='dt'), &
       key_t('hht_alpha', type_real, &
          'of time = ''implicit'': 0 for average acceleration; below it steps damp what they do not '//'resolve', default='0.0', &
-         allowed='[-0.33334, 0]', lowest=-0.33334_dp, highest=0.0_dp), &
+         allowed='[-0.33334, 0]', lowest=-0.33334_dp, highest=0.0_dp, also='alpha'), &
       key_t('start', type_name, 'of motion: from undeformed bodies, or from the static equilibrium of what acts at time 0', &
          default='undeformed', allowed='undeformed|static'), &
       key_t('load_steps', type_integer, 'of time = ''static'': equal steps of the time, by which loads vary, up to end_time', &
@@ -337,8 +338,8 @@ module hampm_key_table
          default='0.0', unit='m', allowed='[0, inf)', lowest=0.0_dp), &
       key_t('contact', type_name, 'of a line, a path or a plane: whether faces press on each other or go through', &
          default='none', allowed='none|frictionless|friction'), &
-      key_t('friction', type_real, 'with contact = ''friction'': coefficient', default='0.0', allowed='[0, inf)', &
-         lowest=0.0_dp), &
+      key_t('friction', type_real, 'with contact = ''friction'': coefficient', default='0.0', allowed='[0, inf)', lowest=0.0_dp, &
+         also='mu'), &
       key_t('points', type_real, 'of a path: x1, y1, x2, y2, ..., as one walks along it; ends inside are tips. Of a polygon:'// &
          ' corners', unit='m', allowed='(-inf, inf)', fewest=0, most=max_values), &
       key_t('name', type_name, 'by which other groups mean it')]
@@ -352,7 +353,7 @@ module hampm_key_table
       key_t('strength', type_real, 'largest traction across the faces, of the laws linear and bilinear', default='0.0', &
          example='30.0e6', unit='Pa', allowed='[0, inf)', lowest=0.0_dp), &
       key_t('toughness', type_real, 'energy to part faces by opening, of these laws', default='0.0', example='300.0', &
-         unit='J/m2', allowed='[0, inf)', lowest=0.0_dp), &
+         unit='J/m2', allowed='[0, inf)', lowest=0.0_dp, also='gc|g_c|gic|g_ic'), &
       key_t('opening', type_real, 'of law = bilinear: opening at the strength', default='0.0', example='1.0e-6', unit='m', &
          allowed='[0, inf)', lowest=0.0_dp), &
       key_t('openings', type_real, &
@@ -378,7 +379,7 @@ module hampm_key_table
          unit='m', allowed='(-inf, inf)', fewest=0, most=max_values), &
       key_t('toughness', type_real, &
          'energy release rate at which the crack grows by quasi_static and toughness; by fatigue: at'//' which it breaks', &
-         default='0.0', example='100.0', unit='J/m2', allowed='[0, inf)', lowest=0.0_dp), &
+         default='0.0', example='100.0', unit='J/m2', allowed='[0, inf)', lowest=0.0_dp, also='gc|g_c|gic|g_ic'), &
       key_t('limit_speed', type_real, &
          'of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it '//'is constant', &
          default='0.0', unit='m/s', allowed='[0, inf)', lowest=0.0_dp), &
@@ -436,7 +437,7 @@ module hampm_key_table
       key_t('crack', type_name, 'name of the crack; may be left out where there is one crack', example='a'), &
       key_t('toughness', type_real, &
          'energy that it must release for its area, from the equilibrium before it to the one with '//'it', default='0.0', &
-         example='100.0', unit='J/m2', allowed='[0, inf)', lowest=0.0_dp), &
+         example='100.0', unit='J/m2', allowed='[0, inf)', lowest=0.0_dp, also='gc|g_c|gic|g_ic'), &
       key_t('strength', type_real, &
          'stress across it that all of it must have before; 0: the energy tells, if stress opens it '//'in the mean', &
          default='0.0', example='50.0e6', unit='Pa', allowed='[0, inf)', lowest=0.0_dp), &

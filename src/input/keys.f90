@@ -185,6 +185,10 @@ contains
       first = first_key(group)
       names = keys(first:first + size(names) - 1)%name
       question = did_you_mean(name, names)
+      do i = 1, size(names)
+         if (name /= '' .and. index('|'//trim(keys(first + i - 1)%also)//'|', '|'//name//'|') > 0) &
+            question = '; it is '''//trim(names(i))//''' here'
+      end do
       if (question == '') question = '; its keys are '//joined(names, ', ')
       do i = size(groups), 1, -1
          if (find_key(i, name) > 0) question = '; '''//name//''' is a key of &'//trim(groups(i)%name)

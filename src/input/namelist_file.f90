@@ -65,6 +65,11 @@ contains
       end do
       close (unit)
       text = buffer(:n)
+      if (index(text, char(137)//'HDF') == 1) then
+         call failure%report(exit_input, path//': is a file of HDF5, no namelist: a result keeps its model as the text '// &
+                             '/input/namelist, which `h5dump -d /input/namelist` prints; --resume goes on from a checkpoint')
+         return
+      end if
       if (index(text, achar(0)) > 0) call failure%report(exit_input, path//': is no text file: it has bytes of value 0')
       if (status == 0) call failure%report(exit_input, path//': is longer than '//to_text(most_bytes)//' bytes: no namelist file')
       if (status > 0) call failure%report(exit_file, path//': cannot be read: '//trim(reason))

@@ -13,8 +13,9 @@ module hampm_reading
    use hampm_stability_consistency, only: choose_courant
    use hampm_text, only: string_t, to_text, lower_case, printable
    use hampm_validation, only: validate
+   use hampm_version, only: program_name
    use hampm_values, only: least_magnitude
-   use hampm_key_rows, only: key_t, max_values
+   use hampm_key_rows, only: is_required, key_t, max_values
    use hampm_keys, only: groups, keys, find_group, find_key, first_key, unknown_group, unknown_key, is_text, new_entry
    implicit none
    private
@@ -45,14 +46,15 @@ contains
       type(failure_t), intent(inout) :: failure
       type(settings_t), intent(out), optional :: written !! what was read, and where it stands
       type(settings_t) :: settings
-      logical :: is_other                          ! the program that the model is for
+      logical :: is_other                          ! than a model of this program
       integer :: i
       settings%file = path
       call scan_namelist(path, text, settings)
+      call find_no_namelist(text, settings, is_other)
       do i = 1, size(overrides)
-         call override(overrides(i)%text, settings)
+         if (.not. is_other) call override(overrides(i)%text, settings)
       end do
-      call find_other_program(settings, is_other)
+      if (.not. is_other) call find_other_program(settings, is_other)
       if (is_other) then
          call settings%errors%tell(failure)
          if (present(written)) written = settings
@@ -71,6 +73,32 @@ contains
       if (.not. failure%failed()) model%as_begun = model%as_used
       if (present(written)) written = settings
    end subroutine understand_model
+
+   !> Whether a text begins with something else than a group, and has none of those that each model has, or much else between groups: one
+   !> error instead of one for each word.
+   pure subroutine find_no_namelist(text, settings, is_other)
+      character(*), intent(in) :: text
+      type(settings_t), intent(inout) :: settings
+      logical, intent(out) :: is_other
+      integer, parameter :: most_beside = 3       ! errors of a namelist with a line that was to be a comment
+      type(input_errors_t) :: errors
+      integer :: first, last, i
+      last = 0
+      do                                         ! comments
+         first = last + verify(text(last + 1:), ' '//achar(9)//achar(10)//achar(13))
+         is_other = first > last
+         if (.not. is_other) return
+         last = first + scan(text(first:)//achar(10), achar(10)//achar(13)) - 2
+         if (text(first:first) /= '!') exit
+      end do
+      is_other = scan(text(first:first), '&'//char(239)) == 0 .and. (settings%errors%count > most_beside .or. &
+                 .not. any([(groups(settings%entries(i)%group)%presence == is_required, i=1, settings%count)]))
+      if (.not. is_other) return
+      call errors%add('is no namelist file: it begins with '''//printable(text(first:last), 40)//''', not with a group, '// &
+                      '&name key = value /; '//program_name//' --template prints a model', settings%file//':'// &
+                      to_text(1 + count([(text(i:i) == achar(10), i=1, first)])))
+      settings%errors = errors
+   end subroutine find_no_namelist
 
    !> Whether the grid is that of a solid, and this the program of the plane, or the other way round: one error instead of one for every place.
    pure subroutine find_other_program(settings, is_other)

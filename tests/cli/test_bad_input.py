@@ -3,8 +3,10 @@
 import os
 import re
 
+import h5py
 import pytest
 from base_case import GOOD, LINE, REFINE, changed, line_of
+from paths import ROOT
 
 BODY = "  lower = 0.0, 0.0\n  upper = 0.1, 0.01\n"
 TRACTION = "  kind = 'traction'\n  lower = 0.0, 0.0\n  upper = 0.0, 0.01\n"
@@ -564,6 +566,37 @@ def test_a_file_that_is_no_namelist(hampm, tmp_path, content):
 def test_a_binary_file(hampm, tmp_path):
     (tmp_path / "case.nml").write_bytes(os.urandom(1000) + b"\0" + os.urandom(1000))
     assert_refused(hampm("case.nml"), 2, "case.nml: is no text file")
+
+
+@pytest.mark.parametrize(("group", "name", "key"), [
+    ("material", "E", "young"), ("material", "nu", "poisson"), ("material", "rho", "density"), ("run", "t", "thickness"), ("grid", "dx", "cell"),
+    ("method", "dt", "time_step"), ("growth", "G_c", "toughness")])
+def test_names_that_others_give_lead_to_the_key(hampm, tmp_path, group, name, key):
+    (tmp_path / "case.nml").write_text(f"&{group} {name} = 1.0 /\n")
+    assert f"hampm: case.nml:1: &{group} has no key '{name.lower()}'; it is '{key}' here\n" in hampm("case.nml").stderr
+
+
+@pytest.mark.parametrize("text", [(ROOT / "README.md").read_text(), (ROOT / "src/program.f90").read_text(), "runs:\n  - a: 1\n  - b & c: 2\n",
+                                  "time,G\n0.0,1.0\n", "{'run': {'end_time': 1}}"])
+def test_a_file_that_is_no_namelist_gets_one_line(hampm, tmp_path, text):
+    (tmp_path / "case.nml").write_text(text)
+    line = 1 + next(k for k, words in enumerate(text.splitlines()) if words and not words.startswith("!"))
+    assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: is no namelist file: it begins with '")
+    assert hampm("case.nml").stderr.count("\n") == 1
+
+
+def test_a_line_before_the_groups_is_one_error_among_others(hampm, tmp_path):
+    (tmp_path / "case.nml").write_text("My model\n" + GOOD.replace("young = 70e9", "young = -70e9"))
+    said = hampm("case.nml").stderr.splitlines()
+    assert len(said) == 2
+    assert said[0].startswith("hampm: case.nml:1: 'My model' stands outside of the groups")
+    assert "young = -70e9" in said[1]
+
+
+def test_a_result_in_the_place_of_a_namelist(hampm, tmp_path):
+    with h5py.File(tmp_path / "case.h5", "w"):
+        pass
+    assert_refused(hampm("case.h5"), 2, "case.h5: is a file of HDF5, no namelist: a result keeps its model as the text /input/namelist, ")
 
 
 def test_a_file_that_is_missing(hampm):

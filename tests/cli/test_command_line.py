@@ -287,6 +287,11 @@ def test_set_adds_a_group(check):
     assert scene == check(GOOD)
 
 
+@pytest.mark.parametrize(("typed", "meant"), [("--out", "--output"), ("--temp", "--template"), ("--tim", "--time-limit"), ("--che", "--check"), ("--quite", "--quiet")])
+def test_the_beginning_of_an_option_leads_to_it(hampm, typed, meant):
+    assert hampm(typed).stderr.startswith(f"hampm: there is no option {typed}; did you mean '{meant}'?")
+
+
 def test_options_stand_anywhere_and_end_at_two_dashes(hampm, tmp_path):
     (tmp_path / "--case.nml").write_text(GOOD)
     result = hampm("--check", "--threads=2", "--quiet", "--output", ".", "--", "--case.nml")

@@ -31,7 +31,7 @@ class Group:
     def _known(self, key: str) -> str:
         key = str(key).lower()
         if key not in self._keys:
-            close = get_close_matches(key, self._keys, 1)
+            close = [name for name, row in self._keys.items() if key in row.get("also", "").split("|")] or get_close_matches(key, self._keys, 1)
             meant = f"; did you mean '{close[0]}'?" if close else f"; it has {', '.join(self._keys)}"
             raise AttributeError(f"&{self._name} has no key '{key}'{meant}")
         return key
