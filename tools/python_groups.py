@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
-"""Print the module `hampm.groups`, which tells editors the groups and keys of models: their types, units, defaults and meaning.
+"""Print the module `hampm.groups`, which tells editors the groups and keys of models: their types, units, defaults and meaning. Or the JSON
+schema of models as f90nml reads them, of the plane and of solids:
 
     .venv/bin/python tools/python_groups.py > python/src/hampm/groups.py
+    .venv/bin/python tools/python_groups.py --schema > python/src/hampm/model.schema.json
 """
 
+import json
 import sys
 from keyword import iskeyword
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python/src"))
 
-from hampm.program import key_table  # noqa: E402
+from hampm.program import SOLID, find_program, key_table  # noqa: E402
 
 TYPES = {"real": "float", "integer": "int", "logical": "bool", "text": "str"}
 HEAD = '''"""The groups of a model and their keys, for editors and checkers of types: what `hampm --keys --json` says, printed by tools/python_groups.py."""
@@ -23,6 +26,9 @@ from .namelist import Group, GroupList
 
 
 def main():
+    if sys.argv[1:] == ["--schema"]:
+        print(in_lines(schema_of(key_table(), key_table(find_program(dimensions=SOLID))), 4))
+        return
     table = key_table()
     print(HEAD, end="")
     for name, group in table.items():
@@ -61,6 +67,54 @@ def about(key):
         words.append(key["allowed"])
     words.append("required" if key["required"] else "no default" if key["default"] in (None, []) else f"default {key['default']!r}")
     return "; ".join(words).replace("\\", "")
+
+
+# --- the JSON schema ----------------------------------------------------------------------------------------------------
+
+def schema_of(plane, solid):
+    """The schema, from the tables of keys of both programs."""
+    groups = {name: {"type": "object", "description": group["meaning"], "additionalProperties": False,
+                     "required": [key["key"] for key in group["keys"].values() if key["required"]],
+                     "properties": {key: schema_of_key(row, solid[name]["keys"][key]) for key, row in group["keys"].items()}}
+              for name, group in plane.items()}
+    places = {name: {"$ref": f"#/$defs/{name}"} for name in groups}
+    for name, group in plane.items():
+        if group["repeats"]:
+            places[name] = {"anyOf": [places[name], {"type": "array", "items": places[name]}]}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "model of hampm", "type": "object",
+            "description": "The groups of a namelist and their keys, in lower case, as f90nml reads them. Numbers are in SI units.",
+            "required": [name for name, group in plane.items() if group["required"]], "additionalProperties": False, "properties": places, "$defs": groups}
+
+
+def in_lines(value, depth):
+    """JSON whose outer levels have a member a line."""
+    if depth == 0 or not isinstance(value, dict):
+        return json.dumps(value)
+    return "{\n" + ",\n".join(f"{json.dumps(name)}: {in_lines(of, depth - 1)}" for name, of in value.items()) + "\n}"
+
+
+def schema_of_key(key, solid):
+    """The schema of the value of a key: one, or a list of as many as it takes in the plane or in solids."""
+    one = {"type": {"real": "number", "logical": "boolean", "text": "string"}.get(key["type"], key["type"])}
+    must = "must be text" if key["type"] == "text" else "must be true or false"
+    if "choices" in key:
+        one["enum"] = list(dict.fromkeys(key["choices"] + solid["choices"]))
+        must = f"must be {', '.join(map(repr, one['enum'][:-1]))} or {one['enum'][-1]!r}"
+    if "allowed" in key:
+        lower, upper = key["allowed"][1:-1].split(", ")
+        for bound, name, is_open in ((lower, "inimum", key["allowed"][0] == "("), (upper, "aximum", key["allowed"][-1] == ")")):
+            if "inf" not in bound:
+                one[f"exclusiveM{name}" if is_open else f"m{name}"] = float(bound)
+        must = f"must be {'an integer ' if key['type'] == 'integer' else ''}in {key['allowed']}"
+    unit = f" [{key['unit']}]" if key["unit"] else ""
+    fewest, most = min(key["fewest"], solid["fewest"]), max(key["most"], solid["most"])
+    value = one
+    if most > 1:
+        value = {"type": "array", "items": one, "minItems": fewest, "maxItems": most}
+        value = {"anyOf": [one, value]} if fewest <= 1 else value
+        must = f"must be {fewest} to {most} values, each {must.removeprefix('must be ')}"
+    default = {} if key["default"] in (None, []) else {"default": key["default"]}
+    return {**value, "description": key["meaning"] + unit, **default, "errorMessage": must + unit}
 
 
 if __name__ == "__main__":

@@ -43,6 +43,9 @@ def run(scene: Scene | str | Path, *, output: str | Path | None = None, threads:
     folder = Path(output) if output is not None else Path.cwd()
     scene = scene if isinstance(scene, Scene) else Scene(scene, program=program)
     scene = scene.with_settings(settings) if settings else scene
+    if not resume and (broken := scene.mistakes()):
+        scene.check(warn=False)                      # which tells all mistakes, and where each stands
+        raise ModelError(broken)
     name = scene.result_name()
     checkpoint = folder / (name + ".checkpoint")
     folder.mkdir(parents=True, exist_ok=True)

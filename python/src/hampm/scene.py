@@ -14,6 +14,7 @@ from .errors import FileError, HampmWarning, Message, error_of
 from .groups import Groups
 from .namelist import Group, GroupList, shown
 from .program import call, find_program, key_table, messages_of
+from .schema import mistakes
 from .tables import Table
 
 OWN = "path", "program", "_entries", "_implied"   # attributes of a scene that are no groups
@@ -151,6 +152,10 @@ class Scene(Groups):
             for message in told["warnings"]:
                 warnings.warn(str(message), HampmWarning, stacklevel=2)
         return Check(**{name: told[name] for name in Check.__dataclass_fields__ if name in told})
+
+    def mistakes(self) -> list[Message]:
+        """What keys break by themselves, by the JSON schema of models, without the program; `check()` tells all mistakes, and where they stand."""
+        return list(mistakes([(group._name, dict(group.items())) for group in self._written()]))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self._written() == other._written()
