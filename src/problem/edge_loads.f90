@@ -20,7 +20,7 @@ module hampm_edge_loads
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: lay_loads, cut_parts
+   public :: lay_loads, cut_parts, pieces_are_weak, carriers_of
 
    real(dp), parameter :: inward = 1e-6_dp       !! of the finest cell: how far beside an edge its material is looked for
    real(dp), parameter :: least = 1e-9_dp        !! of a cell, that a part has at least

@@ -4,8 +4,10 @@
 !> crack. The pressure acts on these edges: with the shape functions of the particles' own cells its nodal forces are then just those with which
 !> the particles, under a uniform stress of the same size, would press on their faces. So faces under a pressure p and a body under a remote
 !> tension p have the same K but for rounding, whatever the place and the direction of the crack; with the pressure along the line itself they would
-!> differ by what the cells cannot say of its place. The resultant of each face is that of its line but for a part of a particle. A particle through
-!> whose middle the crack runs is two halves of its rectangle, with the crack for an edge between them.
+!> differ by what the cells cannot say of its place. At a mouth the stairs go on along the edge of the body to the crack, from where loads on
+!> that edge begin (`hampm_edge_loads`): what a particle has of it beyond the crack is pressed too, and the other side by as much the other
+!> way. So the resultant of each face is that of its line. A particle through whose middle the crack runs is two halves of its rectangle, with
+!> the crack for an edge between them.
 !>
 !> A cell in which the crack ends is cut as a whole, and so pressed as a whole: what lies ahead of the tip is held by cohesive points, which are
 !> pressed as much from both sides.
@@ -16,6 +18,7 @@ module hampm_pressed_faces
    use hampm_polygon, only: distance_to_segment
    use hampm_cut_cells, only: cut_cells_t, divides
    use hampm_dofs, only: list_slots
+   use hampm_edge_loads, only: carriers_of, pieces_are_weak
    use hampm_loads, only: load_t, note_particles
    use hampm_matter, only: matter_t
    use hampm_plane_cuts, only: plane_cut_t, has_face_in
@@ -55,7 +58,7 @@ contains
       do k = 1, size(m%loads)
          if (m%loads(k)%line == 0) cycle
          if (m%loads(k)%line /= found .and. ndim == plane) &
-            call find_edges(m%particles, m%grid%cut_cells, m%loads(k)%line, edges)
+            call find_edges(m%matter_t, m%loads(k)%line, edges)
          if (m%loads(k)%line /= found .and. ndim > plane) call find_faces(m%matter_t, m%grid%planes(m%loads(k)%line), edges)
          found = m%loads(k)%line
          call take_edges(m, edges, m%loads(k))
@@ -126,34 +129,101 @@ contains
       m%cache%mapped = .false.                   ! which cells have operators depends on the particles
    end subroutine take_edges
 
-   !> Find the edges between particles on different sides of a line, in the order of the particles.
-   pure subroutine find_edges(p, cut, line, edges)
-      type(particles_t), intent(in) :: p
-      type(cut_cells_t), intent(in) :: cut
+   !> Find the edges between particles on different sides of a line, in the order of the particles, and what belongs to them at mouths.
+   subroutine find_edges(m, line, edges)
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: line
       type(edges_t), intent(out) :: edges
       real(dp), allocatable :: points(:, :)
       integer, allocatable :: near(:), first(:), bin(:), order(:)
+      logical, allocatable :: is_weak(:)
       real(dp) :: lower(ndim), upper(ndim), width
+      logical :: is_inner(2, ndim)
       integer :: axis, a, b, n_bins, status
-      points = cut%cut_part(line)
-      call list_near(p, points, near, width)
+      points = m%grid%cut_cells%cut_part(line)
+      call list_near(m%particles, points, near, width)
       allocate (edges%list(64))
       if (size(near) == 0) return
-      lower = minval(p%reference(near, :), dim=1)
-      upper = maxval(p%reference(near, :), dim=1)
+      is_weak = pieces_are_weak(m)
+      lower = minval(m%particles%reference(near, :), dim=1)
+      upper = maxval(m%particles%reference(near, :), dim=1)
       axis = maxloc(upper - lower, dim=1)
       n_bins = min(int((upper(axis) - lower(axis))/width) + 1, size(near))
       width = max(width, (upper(axis) - lower(axis))/n_bins)
       allocate (bin(size(near)))
-      bin = min(int((p%reference(near, axis) - lower(axis))/width) + 1, n_bins)
+      bin = min(int((m%particles%reference(near, axis) - lower(axis))/width) + 1, n_bins)
       call list_slots(n_bins, reshape(bin, [1, size(bin)]), first, order, status)
       do a = 1, size(near)
+         is_inner = .false.
          do b = first(max(bin(a) - 1, 1)), first(min(bin(a) + 1, n_bins) + 1) - 1
-            if (order(b) /= a) call press_pair(p, cut, points, near(a), near(order(b)), edges)
+            if (order(b) /= a) call press_pair(m%particles, m%grid%cut_cells, points, near(a), near(order(b)), is_inner, edges)
          end do
+         call press_mouth(m, points, near(a), is_inner, is_weak, edges)
       end do
    end subroutine find_edges
+
+   !> Add what of the outer sides of a particle is beyond a line, beside its mouth, to the edges of the particle, and the other way to those of the
+   !> particles on which loads on that part of the edge of the body hang.
+   subroutine press_mouth(m, points, i, is_inner, is_weak, edges)
+      type(matter_t), intent(in) :: m
+      real(dp), intent(in) :: points(:, :)       !! of the line [m]
+      integer, intent(in) :: i
+      logical, intent(in) :: is_inner(2, ndim)   !! whether there is another particle beside its lower and upper sides
+      logical, allocatable, intent(in) :: is_weak(:) !! as in `nearest_particles`
+      type(edges_t), intent(inout) :: edges
+      real(dp), parameter :: least = 1e-12_dp    ! of a particle
+      real(dp), dimension(ndim) :: middle, size_i, half, x, normal, moved
+      integer, allocatable :: carriers(:)
+      real(dp) :: ends(2), inner, outer, at
+      integer :: d, o, k, c
+      call find_rectangle(m%particles, i, middle, size_i)
+      do d = 1, ndim
+         o = 3 - d
+         do k = 1, 2
+            if (is_inner(k, d)) cycle
+            normal = 0
+            normal(d) = 2*k - 3
+            x = middle + normal*size_i/2
+            ends = [-1, 1]*size_i(o)/2
+            if (is_half(m%particles, i)) call clip(m%particles%half(i, :), d, x(d) - middle(d), 0.0_dp, ends(1), ends(2))
+            if (ends(2) - ends(1) <= least*size_i(o)) cycle
+            if (is_beyond(ends(1)) .eqv. is_beyond(ends(2))) cycle
+            if (is_beyond(ends(1))) ends = ends([2, 1])
+            inner = ends(1)
+            outer = ends(2)
+            do while (abs(outer - inner) > least*size_i(o))
+               at = (inner + outer)/2
+               if (is_beyond(at)) then
+                  outer = at
+               else
+                  inner = at
+               end if
+            end do
+            x(o) = middle(o) + (outer + ends(2))/2
+            half = 0
+            half(o) = abs(ends(2) - outer)/2
+            call add_edge(m%particles, i, d, -normal(d), x, half, 2*half(o), edges)
+            moved = m%particles%place_in_grid(i) + x - m%particles%reference(i, :)
+            if (.not. m%particles%total_frame) moved = moved + matmul(m%particles%gradient_of(i), x - m%particles%reference(i, :))
+            allocate (carriers, source=carriers_of(m, moved, normal, is_weak))
+            do c = 1, size(carriers)
+               call add_edge(m%particles, carriers(c), d, normal(d), x, half, 2*half(o)/size(carriers), edges)
+            end do
+            deallocate (carriers)
+         end do
+      end do
+
+   contains
+
+      !> Whether the line runs between the particle and a place along its side.
+      pure logical function is_beyond(along)
+         real(dp), intent(in) :: along           !! from the middle of the rectangle [m]
+         real(dp) :: place(ndim)
+         place = x
+         place(o) = middle(o) + along
+         is_beyond = divides(points, m%particles%reference(i, :), place, m%grid%cut_cells%slack)
+      end function is_beyond
+   end subroutine press_mouth
 
    !> List the particles near a polyline, and the largest edge of any of them [m].
    pure subroutine list_near(p, points, near, width)
@@ -193,11 +263,12 @@ contains
    end subroutine find_rectangle
 
    !> Add the edge by which a particle touches another one, if a line runs between them.
-   pure subroutine press_pair(p, cut, points, i, j, edges)
+   pure subroutine press_pair(p, cut, points, i, j, is_inner, edges)
       type(particles_t), intent(in) :: p
       type(cut_cells_t), intent(in) :: cut
       real(dp), intent(in) :: points(:, :)       !! of the line [m]
       integer, intent(in) :: i, j                !! the particle that is pressed, the other
+      logical, intent(inout) :: is_inner(2, ndim) !! whether there is another particle beside the lower and upper sides of that
       type(edges_t), intent(inout) :: edges
       real(dp), dimension(ndim) :: size_i, size_j, x_i, x_j, apart, middle, half
       real(dp) :: from, to, side
@@ -219,6 +290,7 @@ contains
          if (is_half(p, i)) call clip(p%half(i, :), d, side, 0.0_dp, from, to)
          if (is_half(p, j)) call clip(p%half(j, :), d, side - apart(d), apart(o), from, to)
          if (to - from <= touching*min(size_i(o), size_j(o))) cycle
+         is_inner(merge(1, 2, apart(d) < 0), d) = .true.
          ! Beside the end of a line rounding may tell one way only: faces are pressed in pairs
          if (.not. divides(points, p%reference(i, :), p%reference(j, :), cut%slack)) return
          if (.not. divides(points, p%reference(j, :), p%reference(i, :), cut%slack)) return
