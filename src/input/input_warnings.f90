@@ -4,6 +4,7 @@ module hampm_input_warnings
    use hampm_key_table, only: material_constants
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: points_along
+   use hampm_body_group, only: area_in_box
    use hampm_crack_lines, only: length_of
    use hampm_crack_placement, only: body_at
    use hampm_edge_parts, only: edge_part_t
@@ -11,7 +12,7 @@ module hampm_input_warnings
    use hampm_joints, only: do_touch, holds_material, share_nodes, velocity_fields_of
    use hampm_law, only: value_of
    use hampm_path_placement, only: path_tip, path_direction, path_outside, path_tips
-   use hampm_placement, only: upper_corner, points_of, spacing_of, tolerance, point_text
+   use hampm_placement, only: upper_corner, points_of, reach_of, spacing_of, tolerance, point_text
    use hampm_model, only: model_t, material_spec_t
    use hampm_tensors, only: norm, in_plane
    use hampm_text, only: add => add_line, to_text, length_text, three_digits
@@ -186,17 +187,68 @@ contains
       end do
    end subroutine check_ends
 
-   !> Constraints that hold nothing yet: a wall, or a slip of the pen.
+   !> Constraints that hold nothing yet: a wall, or a slip of the pen. Those of which the cells make another one: that hold less of a body than some cells, or end
+   !> between nodes where that is not held in part (`hampm_part_supports`).
    pure subroutine check_constraints(model, text)
       type(model_t), intent(in) :: model
       character(:), allocatable, intent(inout) :: text
+      real(dp) :: reach(ndim, 2), at(ndim, 2)
+      character(:), allocatable :: held
       integer :: k
       do k = 1, size(model%constraints)
-         if (holds_material(model, model%constraints(k)%lower, model%constraints(k)%upper)) cycle
-         call add(text, '&constraint('//to_text(k)//') holds no node of a cell with material: it does nothing before material '// &
-                  'comes there')
+         associate (c => model%constraints(k), grid => model%grid)
+            if (.not. holds_material(model, c%lower, c%upper)) then
+               call add(text, '&constraint('//to_text(k)//') holds no node of a cell with material: it does nothing before '// &
+                        'material comes there')
+               cycle
+            end if
+            held = held_of_body(model, c%lower, c%upper)
+            if (held /= '') &
+               call add(text, '&constraint('//to_text(k)//') holds '//held//': how far it gives way, and so energies and G, '// &
+                        'depends on the cells, and no estimated error knows of it. Let it hold more, or use smaller &grid cell')
+            if (.not. (c%motion%unilateral .or. c%motion%turns) .or. all(c%upper - c%lower > tolerance(grid))) cycle
+            reach = reach_of(model, c%lower, c%upper)
+            at = (reach - spread(grid%lower, 2, 2))/grid%cell*grid%order
+            if (any(abs(at - anint(at))*grid%cell > tolerance(grid) .and. at > 0 .and. &
+                    at < grid%order*spread(grid%cells, 2, 2) .and. spread(c%upper - c%lower > tolerance(grid), 2, 2))) &
+               call add(text, '&constraint('//to_text(k)//') ends between nodes: with '// &
+                        trim(merge('unilateral', 'turns     ', c%motion%unilateral))//' it holds the nodes in its box alone, '// &
+                        'and so up to a cell less at each end. Let it end at nodes, which are at &grid lower + i*cell')
+         end associate
       end do
    end subroutine check_constraints
+
+   !> What a box holds of bodies, in words where that is less than the cells can tell: a cell along an edge or, of bodies that are no rectangles, two
+   !> whole ones.
+   pure function held_of_body(model, lower, upper) result(held)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
+      character(:), allocatable :: held
+      real(dp), parameter :: fewest(2) = [1, 2]  ! along an edge, and whole ones
+      type(edge_part_t), allocatable :: parts(:)
+      real(dp) :: cells(2)                       ! that are held
+      integer :: i, k
+      held = ''
+      if (all(upper - lower < model%grid%cell)) return ! a pin
+      cells = 0
+      do i = 1, size(model%bodies)
+         associate (body => model%bodies(i), cell => model%grid%cell)
+            if (.not. body%outline%is_there()) then
+               associate (common => min(body%upper, upper) - max(body%lower, lower))
+                  if (all(common >= -tolerance(model%grid))) cells(1) = max(cells(1), maxval(common)/cell)
+               end associate
+            else
+               cells(2) = cells(2) + area_in_box(body, lower, upper)/cell**ndim
+               parts = body%outline%parts_in_box(lower, upper, tolerance(model%grid), model%grid%lower, cell, 0)
+               cells(1) = max(cells(1), sum([(maxval(abs(parts(k)%half))*2/cell, k=1, size(parts))], &
+                                            mask=[(maxval(abs(parts(k)%normal)) > 0.999_dp, k=1, size(parts))]))
+            end if
+         end associate
+      end do
+      if (any(cells > fewest)) return
+      held = three_digits(cells(1))//' of a cell along an edge'
+      if (cells(2) > 0) held = three_digits(cells(2))//' cells of the body'
+   end function held_of_body
 
    !> Bodies that do not touch but have cells at a common node are joined there.
    pure subroutine check_gaps(model, text)

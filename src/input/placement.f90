@@ -9,7 +9,7 @@ module hampm_placement
    implicit none
    private
    public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, points_of, spacing_of, particle_number, &
-             most_particles, point_text, nearest_node
+             most_particles, point_text, nearest_node, reach_of
 
    real(dp), parameter :: most_particles = 2e9_dp   !! their indices must fit an integer
 
@@ -70,6 +70,57 @@ contains
       at_end = abs(lower - body%lower) <= tol .or. abs(lower - body%upper) <= tol
       on_face = count(flat) == 1 .and. all(at_end .or. .not. flat) .and. within(lower, upper, body%lower, body%upper, tol)
    end function on_face
+
+   !> The box in which a constraint fixes nodes [m], (ndim, its two corners): its own, extended to the next line between cells where
+   !> no material is between, as at the end of a body. The nodes beyond the end fix the material of the last cell, too.
+   pure function reach_of(model, lower, upper) result(reach)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
+      real(dp) :: reach(ndim, 2), beyond(ndim, 2), at, tol
+      integer :: d, k, i
+      tol = tolerance(model%grid)
+      reach(:, 1) = lower
+      reach(:, 2) = upper
+      do d = 1, ndim
+         if (upper(d) - lower(d) <= tol) cycle
+         do k = 1, 2
+            at = (reach(d, k) - model%grid%lower(d))/model%grid%cell
+            if (at < 0 .or. at > model%grid%cells(d) .or. abs(at - anint(at))*model%grid%cell <= tol) cycle
+            beyond(:, 1) = lower
+            beyond(:, 2) = upper
+            beyond(d, 3 - k) = reach(d, k)
+            beyond(d, k) = model%grid%lower(d) + model%grid%cell*merge(floor(at), ceiling(at), k == 1)
+            if (any([(has_part_of(model%bodies(i), beyond, d, tol), i=1, size(model%bodies))])) cycle
+            reach(d, k) = beyond(d, k)
+         end do
+      end do
+   end function reach_of
+
+   !> Whether a body has material within a box, beyond its end along one direction, or along it where the box has no size in others;
+   !> bodies that are no boxes are sampled.
+   pure logical function has_part_of(body, box, direction, tol) result(has)
+      type(body_t), intent(in) :: body
+      real(dp), intent(in) :: box(ndim, 2), tol  !! [m]
+      integer, intent(in) :: direction
+      integer, parameter :: samples = 8          ! along the direction; twice as many along others
+      real(dp) :: margin(ndim), x(ndim), part
+      integer :: i, j, d
+      margin = -tol
+      margin(direction) = tol
+      has = all(min(box(:, 2), body%upper) - max(box(:, 1), body%lower) > margin)
+      if (.not. (has .and. body%outline%is_there())) return
+      has = .false.
+      do i = 0, samples*(2*samples)**(ndim - 1) - 1
+         j = i
+         do d = 1, ndim
+            part = merge((mod(j, samples) + 0.5_dp)/samples, real(mod(j, 2*samples), dp)/(2*samples - 1), d == direction)
+            j = j/merge(samples, 2*samples, d == direction)
+            x(d) = box(d, 1) + part*(box(d, 2) - box(d, 1))
+         end do
+         has = body%outline%covers_within(x, tol)
+         if (has) return
+      end do
+   end function has_part_of
 
    !> The node of the lattice that is nearest to a point [m].
    pure function nearest_node(grid, point) result(node)

@@ -16,20 +16,22 @@
 !> Lumped masses of the nodes that interface points between the faces of cracks hang on, and the forces on these.
 module hampm_interface_placement
    use hampm_kinds, only: dp, ndim, plane
+   use hampm_constraints, only: constraints_t
    use hampm_crack_lines, only: left_face, right_face, both_faces
    use hampm_cut_cells, only: end_leaf_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, place_of_faces_t, place_between, jump_between, &
                                 find_half_stiffness
-   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, holds, along, direction_of, &
-                                     add_interface_point, force_of, face_force, overlap_of, sliding_of, along_faces, energy_of, &
-                                     is_half, add_interface_forces, vector_of, components_of
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, support, holds, along, &
+                                     direction_of, add_interface_point, force_of, face_force, overlap_of, sliding_of, along_faces, &
+                                     energy_of, is_half, add_interface_forces, vector_of, components_of
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: stabilise_small_cut_cells, hold_lone_particles
    use hampm_jumps, only: give_nodes, jump_of
    use hampm_lapack, only: dposv
    use hampm_matter, only: matter_t
    use hampm_plane_points, only: add_points_of_planes
+   use hampm_part_supports, only: hold_ends_of_supports
    use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
    use hampm_tensors, only: norm, quarter_turn
    implicit none
@@ -81,17 +83,20 @@ module hampm_interface_placement
 contains
 
    !> Find the interface points of a new grid. The openings of those that are new there are those of the particles beside them.
-   pure subroutine rebuild_interfaces(interfaces, m)
+   pure subroutine rebuild_interfaces(interfaces, m, constraints)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
+      type(constraints_t), intent(in) :: constraints
       type(interfaces_t) :: old
-      integer :: k, faces
+      integer :: k, supports, faces
       old = interfaces
       if (.not. allocated(interfaces%list)) allocate (interfaces%list(64))
       interfaces%n = 0
       interfaces%n_contact = 0
       interfaces%n_cohesive = 0
       interfaces%n_at_end = 0
+      call hold_ends_of_supports(interfaces, m, constraints)
+      supports = interfaces%n
       if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
       if (allocated(m%grid%planes)) call add_points_of_planes(interfaces, m, old)
       faces = interfaces%n
@@ -100,7 +105,7 @@ contains
          call stabilise_small_cut_cells(interfaces, m)
       if (interfaces%are_bounded) interfaces%n_at_end = interfaces%n
       if (m%grid%is_quadratic()) & ! where what holds small cut cells has a mass
-         interfaces%n_at_end = min(interfaces%n_at_end, merge(faces, 0, interfaces%n_contact + interfaces%n_cohesive > 0))
+         interfaces%n_at_end = min(interfaces%n_at_end, merge(faces, supports, interfaces%n_contact + interfaces%n_cohesive > 0))
       if (.not. (interfaces%are_bounded .or. m%grid%is_quadratic())) call hold_lone_particles(interfaces, m)
       call go_on(interfaces, old)
       do k = 1, interfaces%n
@@ -283,6 +288,7 @@ contains
          is_before = before%tip == point%tip .and. before%is_failing
       else
          is_before = merge(before%tip == 0, before%is_failing, before%law == point%law)
+         if (point%law == support) is_before = is_before .and. norm(before%normal - point%normal) <= same
       end if
    end function is_before
 

@@ -29,6 +29,8 @@
 !> `cohesive`: faces that part by a law of traction and separation (`hampm_cohesive_law`), in series with the layer. Damage is kept after each step. What has
 !> parted is as `contact`, which slides from there.
 !>
+!> `support`: a node that the end of a support holds in part (`hampm_part_supports`), along the normal alone.
+!>
 !> Source: Wriggers, Computational Contact Mechanics (2006), sections 5.2 (penalty) and 10.5 (return mapping of friction).
 module hampm_interface_points
    use hampm_kinds, only: dp, ndim
@@ -41,8 +43,8 @@ module hampm_interface_points
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, holds, pulls, are_apart, cohesion_at, along, &
-             along_faces, &
+   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, support, holds, pulls, are_apart, cohesion_at, &
+             along, along_faces, &
              add_interface_forces, forces_of_firm_faces, stretch_interfaces, &
              open_interfaces, commit_slip, ease_faces, direction_of, components_of, vector_of, of_direction, &
              interface_energy, interface_states, interface_stiffness, stiffness_of_axes, force_of, force_at, &
@@ -51,14 +53,14 @@ module hampm_interface_points
              archive_interfaces, add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
              kick_interfaces, energy_of_rates, add_interface_resistance
 
-   integer, parameter :: bonded = 1, contact = 2, ghost = 3, cohesive = 4 !! law of an interface point
+   integer, parameter :: bonded = 1, contact = 2, ghost = 3, cohesive = 4, support = 5 !! law of an interface point
    integer, parameter :: of_direction(3) = [2, 1, 3] !! rows of `stiffness_of_axes` of the directions of a point
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
    integer, parameter :: sticks_apart = 3        !! and as long as what friction holds is given: faces that have parted are held along
 
    !> An interface point.
    type, extends(jump_t) :: interface_point_t
-      integer :: law = bonded                    !! `bonded`, `contact`, `ghost` or `cohesive`
+      integer :: law = bonded                    !! `bonded`, `contact`, `ghost`, `cohesive` or `support`
       integer :: n_left = 0                      !! how many of the nodes are those of the left face, which come first
       real(dp) :: stiffness = 0                  !! s [N/m]
       real(dp) :: place(ndim) = 0                !! on the line [m]
@@ -198,10 +200,12 @@ contains
       end do
    end function vector_of
 
-   !> Whether a point is one to the mirror image of a face: the nodes of the other face are missing. Of a ghost the same nodes may be those of both sides.
+   !> Whether a point is one to the mirror image of a face: the nodes of the other face are missing. Of a ghost the same nodes may be those of both sides. What
+   !> holds along the normal alone, as a support, is as such.
    pure logical function is_half(point)
       type(interface_point_t), intent(in) :: point
-      is_half = point%law /= ghost .and. (point%n_left == 0 .or. point%node(point%n_left + 1) == 0)
+      is_half = point%law == support .or. &
+                point%law /= ghost .and. (point%n_left == 0 .or. point%node(point%n_left + 1) == 0)
    end function is_half
 
    !> How far a cohesive point has been stretched since it began [m].

@@ -30,13 +30,14 @@ module hampm_constraints
    !> A box in which nodes are fixed.
    type :: box_t
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! its corners [m]
+      real(dp) :: reach(ndim, 2) = 0             !! those of the box in which it holds nodes [m]
       logical :: components(ndim) = .false.      !! which components it fixes
       type(given_motion_t) :: motion             !! how it moves them
    end type box_t
 
    !> Boxes, and the nodes of the present grid that are fixed in them.
    type :: constraints_t
-      type(box_t), allocatable, private :: boxes(:)
+      type(box_t), allocatable :: boxes(:)
       logical, private :: has_axis = .false.     !! whether material is axisymmetric: then nothing leaves the axis x = 0
       logical, allocatable :: fixed(:, :)        !! which component of which node, (ndim, n_nodes)
       real(dp), allocatable :: free(:, :)        !! 0 where a component is fixed, else 1; (ndim, n_points)
@@ -79,13 +80,15 @@ contains
       if (allocated(self%boxes)) call self%boxes%motion%history%scale_to(factor)
    end subroutine scale_ways
 
-   !> Fix the `components` of all nodes within a box, its faces included, or move them; where boxes overlap the last one does.
-   subroutine constrain_box(c, grid, lower, upper, components, motion)
+   !> Fix the `components` of all nodes within a box, its faces included, or move them; where boxes overlap the last one does. Nodes within `reach`, where
+   !> that is given, are held as those in the box: beyond the end of a body, where its last cells have nodes.
+   subroutine constrain_box(c, grid, lower, upper, components, motion, reach)
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
       logical, intent(in) :: components(ndim)
       type(given_motion_t), intent(in), optional :: motion
+      real(dp), intent(in), optional :: reach(ndim, 2) !! corners of the box [m]
       type(box_t), allocatable :: boxes(:)
       integer :: k
       if (.not. allocated(c%boxes)) allocate (c%boxes(0))
@@ -95,6 +98,9 @@ contains
       end do
       boxes(size(boxes))%lower = lower
       boxes(size(boxes))%upper = upper
+      boxes(size(boxes))%reach(:, 1) = lower
+      boxes(size(boxes))%reach(:, 2) = upper
+      if (present(reach)) boxes(size(boxes))%reach = reach
       boxes(size(boxes))%components = components
       if (present(motion)) boxes(size(boxes))%motion = motion
       call move_alloc(boxes, c%boxes)
@@ -285,7 +291,7 @@ contains
       end associate
       do i = 1, grid%n_nodes
          associate (x => grid%node_position(:, i), box => c%boxes(k))
-            if (.not. all(x >= box%lower - margin .and. x <= box%upper + margin)) cycle
+            if (.not. all(x >= box%reach(:, 1) - margin .and. x <= box%reach(:, 2) + margin)) cycle
             if (.not. is_beside(grid, i, box, margin)) cycle
             held = box%components .and. .not. (grid%cut_cells%freed_at(x) .or. freed_by_planes(grid, x))
             c%fixed(:, i) = c%fixed(:, i) .or. held
@@ -324,7 +330,7 @@ contains
       if (.not. (grid%cut_cells%are_there() .or. allocated(grid%planes))) return
       do i = 1, corners
          x = grid%node_position(:, node) + aside*grid%smallest_leaf_at(node)*(2*corner_offset(i) - 1)
-         if (any(box%upper - box%lower > 2*margin .and. (x < box%lower .or. x > box%upper))) cycle
+         if (any(box%upper - box%lower > 2*margin .and. (x < box%reach(:, 1) .or. x > box%reach(:, 2)))) cycle
          e = grid%element_at(x)
          if (e == 0) cycle
          do velocity_field = 1, grid%n_velocity_fields

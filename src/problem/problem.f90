@@ -115,7 +115,7 @@ contains
       call rebuild_constraints(m%constraints, m%grid)
       if (m%constraints%move()) call find_levers(m%constraints, m%grid, nodes_with_material(m))
       call rebuild_body_contact(m%body_contact, m%grid)
-      call rebuild_interfaces(m%interfaces, m%matter_t)
+      call rebuild_interfaces(m%interfaces, m%matter_t, m%constraints)
       m%interfaces%are_lumped = m%mass%by == by_lumped .or. &
                                 .not. m%particles%total_frame .and. (m%mass%by == by_fmpm .or. m%grid%is_quadratic()) .or. &
                                 .not. m%grid%is_quadratic() .and. (m%interfaces%n_contact + m%interfaces%n_cohesive > 0 .or. &
@@ -163,7 +163,7 @@ contains
       real(dp) :: before
       if (m%particles%total_frame .or. m%interfaces%n == 0 .and. .not. any(m%loads%absorbs > 0)) return
       before = interface_energy(m%interfaces)
-      call rebuild_interfaces(m%interfaces, m%matter_t)
+      call rebuild_interfaces(m%interfaces, m%matter_t, m%constraints)
       if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - (interface_energy(m%interfaces) - before)
       call forget_faces(m%interface_step)
       if (.not. allocated(m%fields%mass_matrix%lumped_fraction)) return

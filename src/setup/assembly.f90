@@ -25,7 +25,7 @@ module hampm_assembly
    use hampm_growth_room, only: see_surroundings
    use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_outside, path_radii, held_part, to_surface, &
                                     place_along
-   use hampm_placement, only: tolerance, points_of
+   use hampm_placement, only: tolerance, points_of, reach_of
    use hampm_quadratic_points, only: weigh_points
    use hampm_reference_step, only: reference_t
    use hampm_step, only: explicit_t
@@ -91,7 +91,8 @@ contains
       if (failure%failed()) return
       do k = 1, size(model%constraints)
          associate (c => model%constraints(k))
-            call constrain_box(problem%constraints, problem%grid, c%lower, c%upper, c%fixed, c%motion)
+            call constrain_box(problem%constraints, problem%grid, c%lower, c%upper, c%fixed, c%motion, &
+                               reach_of(model, c%lower, c%upper))
          end associate
       end do
       if (model%run%thickness%is_ring) call hold_axis(problem%constraints, problem%grid)
