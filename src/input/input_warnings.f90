@@ -193,7 +193,7 @@ contains
       type(model_t), intent(in) :: model
       character(:), allocatable, intent(inout) :: text
       real(dp) :: reach(ndim, 2), at(ndim, 2)
-      character(:), allocatable :: held
+      character(:), allocatable :: held, with
       integer :: k
       do k = 1, size(model%constraints)
          associate (c => model%constraints(k), grid => model%grid)
@@ -206,14 +206,18 @@ contains
             if (held /= '') &
                call add(text, '&constraint('//to_text(k)//') holds '//held//': how far it gives way, and so energies and G, '// &
                         'depends on the cells, and no estimated error knows of it. Let it hold more, or use smaller &grid cell')
-            if (.not. (c%motion%unilateral .or. c%motion%turns) .or. all(c%upper - c%lower > tolerance(grid))) cycle
+            if (all(c%upper - c%lower > tolerance(grid))) cycle
+            with = ''
+            if (model%method%time_steps == 'local') with = '&method time_steps = ''local'''
+            if (c%motion%turns) with = 'turns'
+            if (c%motion%unilateral) with = 'unilateral'
+            if (with == '') cycle
             reach = reach_of(model, c%lower, c%upper)
             at = (reach - spread(grid%lower, 2, 2))/grid%cell*grid%order
             if (any(abs(at - anint(at))*grid%cell > tolerance(grid) .and. at > 0 .and. &
                     at < grid%order*spread(grid%cells, 2, 2) .and. spread(c%upper - c%lower > tolerance(grid), 2, 2))) &
-               call add(text, '&constraint('//to_text(k)//') ends between nodes: with '// &
-                        trim(merge('unilateral', 'turns     ', c%motion%unilateral))//' it holds the nodes in its box alone, '// &
-                        'and so up to a cell less at each end. Let it end at nodes, which are at &grid lower + i*cell')
+               call add(text, '&constraint('//to_text(k)//') ends between nodes: with '//with//' it holds the nodes in its '// &
+                        'box alone, and so up to a cell less at each end. Let it end at nodes, which are at &grid lower + i*cell')
          end associate
       end do
    end subroutine check_constraints

@@ -70,11 +70,11 @@ contains
          if (modulo(nint(halves), 2) == 1) at = at + beyond*way
       end function end_of_held
 
-      !> Whether a box ends between lines of the finest cells.
+      !> Whether a box ends between lines of the coarsest cells, which have nodes wherever they refine.
       pure logical function ends_between_nodes(corners) result(ends)
          real(dp), intent(in) :: corners(ndim, 2) !! [m]
-         real(dp) :: at(ndim, 2)                 ! [finest nodes]
-         at = (corners - spread(m%grid%forest%lower, 2, 2))/m%grid%finest_cell*merge(2, 1, m%grid%is_quadratic())
+         real(dp) :: at(ndim, 2)                 ! [their nodes]
+         at = (corners - spread(m%grid%forest%lower, 2, 2))/m%grid%forest%cell*merge(2, 1, m%grid%is_quadratic())
          ends = any(abs(at - anint(at)) > least .and. spread(corners(:, 2) - corners(:, 1) > m%grid%forest%tolerance(), 2, 2))
       end function ends_between_nodes
    end subroutine hold_ends_of_supports
