@@ -19,6 +19,7 @@ module hampm_matching
    use hampm_grid_building, only: build_grid, add_points
    use hampm_plane_cuts, only: plane_cut_t
    use hampm_load_following, only: follow_split, follow_recombination
+   use hampm_loads, only: share_by_mass
    use hampm_problem, only: problem_t, rebuild_on_grid, sort_particles, sort_anew, weigh_particles, stored_energy, dissipated_energy
    use hampm_nodal_transfer, only: old_mesh_t, leave_mesh, carry_nodes
    use hampm_outline, only: outline_t
@@ -292,6 +293,7 @@ contains
       if (allocated(values)) call give_to_children(values, marked, first_child, m)
       if (.not. any(m%materials%has_history)) call give_materials_of_places(m%particles, m%materials)
       call follow_split(m%loads, m%grid%forest%tolerance(), m%particles, marked, first_child)
+      call share_by_mass(m%loads, m%particles)
       call sort_anew(m, failure)
    end subroutine split_marked
 
@@ -380,6 +382,7 @@ contains
       if (allocated(values)) call give_to_parents(values, ready, level, new_number, m)
       if (.not. any(m%materials%has_history)) call give_materials_of_places(m%particles, m%materials)
       call follow_recombination(m%loads, m%grid%forest%tolerance(), m%particles, reference, level, new_number)
+      call share_by_mass(m%loads, m%particles)
       call sort_anew(m, failure)
    end subroutine recombine_marked
 

@@ -1,7 +1,6 @@
 !> Loads whose particles split or recombine: resultant, moment and the material that carries them stay.
 !>
-!> A point goes to the nearest child. A segment of a traction is halved, so that it is as fine as the cells under it; that of
-!> a body force is shared by the children. Recombining makes of halves the segment that they were, whichever parts of other segments are there.
+!> A point goes to the nearest child. A segment of a traction is halved, so that it is as fine as the cells under it. Recombining makes of halves the segment that they were, whichever parts of other segments are there.
 module hampm_load_following
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -23,6 +22,7 @@ contains
       type(load_t) :: old
       integer :: l, k, n, c, first, last
       do l = 1, size(loads)
+         if (loads(l)%by_mass) cycle             ! see `share_by_mass`
          old = loads(l)
          call resize(loads(l), sum(merge(pieces(old, first_child), 1, marked(old%particle))))
          n = 0
@@ -32,10 +32,6 @@ contains
                last = first_child(particle + 1) - 1
                if (.not. marked(particle)) then
                   call put(loads(l), n, old%fraction(k), first, old%offset(:, k), old%half(:, k))
-               else if (old%by_mass) then
-                  do c = first, last
-                     call put(loads(l), n, old%fraction(k)*p%mass(c)/sum(p%mass(first:last)), c, old%offset(:, k), old%half(:, k))
-                  end do
                else if (any(abs(old%half(:, k)) > 0)) then
                   associate (signs => halves_of(old%half(:, k)))
                      do c = 1, size(signs, 2)
@@ -95,7 +91,7 @@ contains
       integer :: pieces(size(load%particle))
       integer :: k
       pieces = first_child(load%particle + 1) - first_child(load%particle)
-      if (.not. load%by_mass) pieces = pieces*[(merge(size(halves_of(load%half(:, k)), 2), 1, any(abs(load%half(:, k)) > 0)), &
+      pieces = pieces*[(merge(size(halves_of(load%half(:, k)), 2), 1, any(abs(load%half(:, k)) > 0)), &
                                                   k=1, size(load%particle))]
    end function pieces
 
@@ -168,17 +164,16 @@ contains
       integer, parameter :: all_directions(ndim) = 1
       integer :: along(ndim), d, l, k
       do l = 1, size(loads)
+         if (loads(l)%by_mass) cycle
          associate (load => loads(l))
             is_open = level(load%particle) > p%level(new_number(load%particle))
             do k = 1, size(load%particle)
                associate (particle => new_number(load%particle(k)))
                   load%offset(:, k) = load%offset(:, k) + reference(load%particle(k), :) - p%reference(particle, :)
-                  if (load%by_mass) load%offset(:, k) = 0
                   load%particle(k) = particle
                end associate
             end do
             call join(load, 0, all_directions, tolerance, is_open)
-            if (load%by_mass) cycle
             if (ndim == 2) call join(load, 2, all_directions, tolerance, is_open)
             if (ndim == 2) cycle
             do d = 1, ndim

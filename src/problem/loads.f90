@@ -12,7 +12,7 @@ module hampm_loads
    use hampm_grid, only: grid_t
    use hampm_time_history, only: time_history_t
    use hampm_edge_parts, only: edge_part_t
-   use hampm_particles, only: particles_t
+   use hampm_particles, only: particles_t, spacing_of
    use hampm_place_table, only: place_table_t
    use hampm_turned_faces, only: cofactors_of, number_ends, place_of_end, n_ends
    use hampm_text, only: to_text
@@ -34,7 +34,8 @@ module hampm_loads
       real(dp), allocatable :: fraction(:)       !! part of the resultant at each point [-], (points)
       integer, allocatable :: particle(:)        !! particle to which each point belongs, (points)
       real(dp), allocatable :: offset(:, :)      !! dX of each point [m], (ndim, points)
-      logical :: by_mass = .false.               !! whether it acts on all material of its particles, else at the points
+      logical :: by_mass = .false.               !! whether it acts on all material in a box, else at the points
+      real(dp) :: box(ndim, 2) = 0               !! corners of that [m]
       real(dp), allocatable :: half(:, :)        !! half of the segment of which a point is the middle, 0 for a mere point [m],
                                                  !! (ndim, points)
       ! Of a pressure on the faces of a crack that cuts cells: `hampm_pressed_faces` finds its points
@@ -62,16 +63,32 @@ module hampm_loads
 
 contains
 
-   !> A load shared by the particles within a box in proportion to their mass.
-   subroutine load_on_particles(p, lower, upper, load)
+   !> A load shared by the particles in proportion to their mass within a box, where each acts in the middle of what the box has of its rectangle.
+   pure subroutine load_on_particles(p, lower, upper, load)
       type(particles_t), intent(in) :: p
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
       type(load_t), intent(inout) :: load
+      real(dp), parameter :: rounding = 1e-9_dp  ! part of a particle
+      real(dp), allocatable :: part(:), middle(:, :)
+      real(dp) :: half(ndim), ends(ndim, 2)
       integer :: i
-      load%particle = pack([(i, i=1, p%n)], [(all(p%reference(i, :) >= lower .and. p%reference(i, :) <= upper), i=1, p%n)])
-      load%fraction = p%mass(load%particle)/sum(p%mass(load%particle))
+      allocate (part(p%n), middle(ndim, p%n))
+      do i = 1, p%n
+         half = spacing_of(p, i)/2
+         ends(:, 1) = max(lower - p%reference(i, :), -half)
+         ends(:, 2) = min(upper - p%reference(i, :), half)
+         part(i) = product(max(ends(:, 2) - ends(:, 1), 0.0_dp)/(2*half))
+         middle(:, i) = (ends(:, 1) + ends(:, 2))/2
+      end do
+      load%particle = pack([(i, i=1, p%n)], part > rounding)
+      where (part > 1 - rounding) part = 1
+      load%fraction = part(load%particle)*p%mass(load%particle)
+      load%fraction = load%fraction/sum(load%fraction)
+      load%offset = middle(:, load%particle)
+      load%half = 0*load%offset
       load%by_mass = .true.
-      allocate (load%offset(ndim, size(load%particle)), load%half(ndim, size(load%particle)), source=0.0_dp)
+      load%box(:, 1) = lower
+      load%box(:, 2) = upper
    end subroutine load_on_particles
 
    !> Note how the particles move, after points of a load have been found anew.
@@ -93,13 +110,13 @@ contains
       end do
    end subroutine follow_sort
 
-   !> After the masses of particles have changed: share the loads on all material of their particles in proportion to these.
+   !> After particles or their masses have changed: share the loads on all material in proportion to these.
    pure subroutine share_by_mass(loads, p)
       type(load_t), intent(inout) :: loads(:)
       type(particles_t), intent(in) :: p
       integer :: k
       do k = 1, size(loads)
-         if (loads(k)%by_mass) loads(k)%fraction = p%mass(loads(k)%particle)/sum(p%mass(loads(k)%particle))
+         if (loads(k)%by_mass) call load_on_particles(p, loads(k)%box(:, 1), loads(k)%box(:, 2), loads(k))
       end do
    end subroutine share_by_mass
 

@@ -53,7 +53,7 @@ contains
          do k = 1, size(load%particle)
             associate (i => load%particle(k))
                if (load%by_mass) then
-                  u = u + load%fraction(k)*p%displacement(i, :)
+                  u = u + load%fraction(k)*(p%displacement(i, :) + matmul(p%gradient_of(i), load%offset(:, k)))
                else if (allocated(p%corner_displacement)) then
                   u = u + load%fraction(k)*matmul(reshape(p%corner_displacement(i, :, :), [ndim, corners]), &
                                                   weights_in_domain(load%offset(:, k), edges_of_domain(p, i)))

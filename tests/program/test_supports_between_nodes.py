@@ -1,4 +1,4 @@
-"""Supports that end between nodes hold what they are asked to hold: their box on an edge, by its exact ends. References are finite elements of order 4 and 5 of
+"""Supports that end between nodes hold what they are asked to hold: their box on an edge, by its exact ends. Body loads act on what their boxes have of particles. References are finite elements of order 4 and 5 of
 tests/second_opinion, whose supports end where they are asked to."""
 
 import pytest
@@ -120,3 +120,21 @@ def test_supports_that_cells_make_another_one_of_are_told(hampm, body, lower, up
     path.write_text(SMALL.format(body=body, lower=lower, upper=upper, more=more))
     said = hampm(path, "--check").stderr
     assert (told in said) if told else "holds" not in said and "ends between" not in said, said
+
+
+@pytest.mark.parametrize("refined", ["", "&refine indicator = 'tip' max_level = 1 /\n"])
+@pytest.mark.parametrize("cut", [(10.2e-3, 20e-3), (None, 7.7e-3)], ids=["across y", "across x"])
+def test_body_load_of_two_boxes_is_that_of_both(hampm, refined, cut):
+    """Boxes that end within particles: such a load acted on whole particles, and energies were up to 1.5 % off."""
+    text = CRACKED.replace("kind = 'traction' lower = 0, 20e-3 upper = {width}, 20e-3 force = 2e3, 3e3 /", "{load}").replace("&method", refined + "&method")
+    (x, y), whole = cut, "kind = 'body' lower = 0, 6.1e-3 upper = 20e-3, 20e-3 force = 2e3, 3e3 /"
+    if y > 19e-3:
+        part = (20e-3 - x) / 13.9e-3
+        halves = f"kind = 'body' lower = 0, {x} upper = 20e-3, 20e-3", f"kind = 'body' lower = 0, 6.1e-3 upper = 20e-3, {x}"
+    else:
+        part = 1 - y / 20e-3
+        halves = f"kind = 'body' lower = {y}, 6.1e-3 upper = 20e-3, 20e-3", f"kind = 'body' lower = 0, 6.1e-3 upper = {y}, 20e-3"
+    both = f"{halves[0]} force = {2e3 * part}, {3e3 * part} /\n&load {halves[1]} force = {2e3 * (1 - part)}, {3e3 * (1 - part)} /"
+    rows = [harness.run(hampm, text.format(lower=-2e-3, width=20e-3, load=load)).last() for load in (whole, both)]
+    for name in ("K_I", "K_II_tip2", "strain_energy"):
+        assert rows[1][name] == pytest.approx(rows[0][name], rel=1e-8), name
