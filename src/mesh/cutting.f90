@@ -86,7 +86,8 @@ contains
       end do
    end subroutine find_segments
 
-   !> Move an end to where its leaf ends, along the segment that comes from `from`.
+   !> Move an end to where its leaf ends, along the segment that comes from `from`. At a corner of leaves it stays; at an edge between two corners it is in the leaf ahead,
+   !> as functions of that edge would close the crack behind it.
    pure subroutine move_end(forest, face, from, tip, end)
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: face                !! which one has material
@@ -102,13 +103,29 @@ contains
       leaf = forest%leaf_at(tip + nearly_none*forest%cell*(direction + into_half(direction, face)))
       if (leaf == outside) return
       behind = forest%way_out(leaf, tip, -direction, nearly_none)
-      if (behind <= 2*nearly_none*forest%cell .and. count(abs(direction) > nearly_none) == 1) then
+      if (behind <= 2*nearly_none*forest%cell .and. count(abs(direction) > nearly_none) == 1 .and. &
+          (is_on_line(leaf) .or. is_on_line(forest%leaf_at(tip + nearly_none*forest%cell &
+                                                           *(into_half(direction, face) - direction))))) then
          tip = tip - behind*direction
          return
       end if
       end%leaf = leaf
       tip = tip + forest%way_out(leaf, tip, direction, nearly_none)*direction
       end%front = tip
+
+   contains
+
+      !> Whether the tip is beside no leaf, or on a side of it along the crack.
+      pure logical function is_on_line(leaf)
+         integer, intent(in) :: leaf
+         real(dp) :: lower(ndim)
+         integer :: d
+         is_on_line = leaf == outside
+         if (is_on_line) return
+         d = minloc(abs(direction), dim=1)       ! across the crack
+         lower = forest%position(forest%place_of(leaf))
+         is_on_line = min(abs(tip(d) - lower(d)), abs(tip(d) - lower(d) - forest%size_of(leaf))) <= 2*nearly_none*forest%cell
+      end function is_on_line
    end subroutine move_end
 
    !> Cut leaves ahead of the tip, one after the other, as long as of the edge at which the cut ends a node is behind the tip, or the edge is near: both

@@ -404,3 +404,32 @@ def test_what_cut_cells_do_not_go_with_is_refused(hampm, change, message):
     text = quadratic(scene([[(-4.1e-3, -1.3e-3), (3.7e-3, 2.2e-3)]], 1e-3, (0.012, 0.012), 1))
     assert change[0] in text
     assert message in run(hampm, text.replace(*change), code=2)
+
+
+@pytest.mark.parametrize("order, within", [(1, 4e-3), (2, 2e-3)])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_tip_at_an_edge_of_cells(hampm, order, within, turned):
+    """An edge crack of a fifth of the width (Tada: 1.3673) that ends at an edge of cells between two corners: K as of one that ends beside it (-0.73 and -0.56 % before)."""
+    def at(x, y):
+        return f"{-y}, {x}" if turned else f"{x}, {y}"
+
+    def box(x, y, u, v):
+        return f"lower = {at(x, y if not turned else v)}  upper = {at(u, v if not turned else y)}"
+    text = f"""&run title = 'edge'  plane = 'stress'  thickness = 0.01  end_time = 1.0 /
+&grid lower = {'-0.062, -0.002' if turned else '-0.002, -0.062'}  cell = 0.002  cells = {'62, 23' if turned else '23, 62'}  order = {order} /
+&material name = 's'  young = 200e9  poisson = 0.3  density = 7850 /
+&body material = 's'  {box(0, -0.06, 0.04, 0.06)}  points_per_cell = {order + 1} /
+&load kind = 'traction'  {box(0, 0.06, 0.04, 0.06)}  force = {at(0, 32000)} /
+&load kind = 'traction'  {box(0, -0.06, 0.04, -0.06)}  force = {at(0, -32000)} /
+&constraint {box(0.04, -0.06, 0.04, -0.06)}  fix = 'xy' /
+&constraint {box(0.04, 0.06, 0.04, 0.06)}  fix = '{'y' if turned else 'x'}' /
+&crack kind = 'path'  points = {at(-0.001, 1e-4)}, {at(8e-3, 1e-4)} /
+&method time = 'static' /
+&refine indicator = 'tip'  max_level = {4 - order}  rings = 6 /
+&energy_release estimators = 'domain_integral' /
+"""
+    row = run(hampm, text)
+    known = 1.3673 * 80e6 * np.sqrt(np.pi * 8e-3)
+    print(order, turned, row["K_I"][-1] / known - 1, row["K_I_error"][-1] / known)
+    assert row["K_I"][-1] == pytest.approx(known, rel=within)
+    assert abs(row["K_I"][-1] - known) < row["K_I_error"][-1] + 1e-4 * known
