@@ -5,9 +5,9 @@ module hampm_crack_errors
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t, first_point
-   use hampm_estimated_errors, only: relative_errors, hardly
+   use hampm_estimated_errors, only: relative_errors, hardly, uncertainty
    use hampm_expected_error, only: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, &
-                                   find_static_tips, error_by_lengths, place_of_tip, tip_zone, lost_by_locking
+                                   find_static_tips, error_by_lengths, place_of_tip, tip_zone, lost_by_locking, disc_of_shifts
    use hampm_failure, only: failure_t
    use hampm_loads, only: largest_factors
    use hampm_mass_solver, only: mass_solver_t
@@ -72,6 +72,13 @@ contains
          if (lost > 0) call add_to_all(values(k), lost)
       end do
    end subroutine estimate_errors
+
+   !> By how much the phase of K of an interface turns, over the change of the logarithm of the length of the crack that K tells: 2 epsilon, and a tenth
+   !> at least of what is astray with it [rad].
+   pure real(dp) function turn_of(field)
+      type(tip_field_t), intent(in) :: field
+      turn_of = max(0.1_dp, 2*abs(field%oscillation))
+   end function turn_of
 
    !> Add a part of G to the estimated errors of all that tells of it.
    pure subroutine add_to_all(values, lost)
@@ -141,17 +148,19 @@ contains
          field = fields_at(problem%materials, tip)
          associate (best => crack%best(), correction => crack%correction(), own => problem%grid%is_quadratic())
             do k = 1, size(values%estimates)
-               values%estimates(k)%error%relative = relative_errors(found%estimates(k)%rate, best, correction, own, hardly**2)
+               values%estimates(k)%error%relative = relative_errors(found%estimates(k)%rate, best, correction, own, hardly**2) &
+                                                    *merge(1 + uncertainty, 1.0_dp, values%estimates(k)%by%needs_mass)
             end do
             errors%domain%relative = relative_errors(found%domain, best, correction, own, hardly**2)
             ! In material whose modes turn into each other both have the relative error of either, unless one of them is small
             errors%intensity%relative = relative_errors(found%intensity, field(1)%typical_intensities(best), correction/2, own, &
                                                         merge(hardly, 10*hardly, problem%materials(tip%material)%isotropic))
             if (.not. problem%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
-            ! Between two materials what the cells have of each mode depends on their size
+            ! Between two materials what the cells have of each mode depends on their size, and the phase turns with it, as 2 epsilon or less
             if (tip%phase_length > 0) errors%intensity%relative = &
                maxval(relative_errors([norm(found%intensity)], [norm(field(1)%typical_intensities([sum(best), 0.0_dp]))], &
-                                      [sum(correction*best)/sum(best)]/2, own, hardly))
+                                      [sum(correction*best)/sum(best)]/2, own, hardly)) &
+               *(turn_of(field(1)) + abs(found%intensity)/max(norm(found%intensity), tiny(1.0_dp)))
             if (allocated(found%j)) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(best)], &
                                                                                 [sum(correction*best)/sum(best)], own, hardly**2))
          end associate
@@ -169,12 +178,14 @@ contains
       type(static_tips_t), intent(in) :: static_tips
       type(crack_values_t), intent(inout) :: values
       real(dp), parameter :: no_shift(ndim) = 0
+      real(dp), parameter :: narrow = 6          ! cells, discs in which those that change their shape are too few to tell
       integer, parameter :: most_others = 4      ! that are counted: what others change falls with the square of their distance
       real(dp) :: k(modes), k_there(modes), k_here(modes), j, j_there, j_here, of_k(modes), of_j, by_cells
       real(dp) :: off_of_j(modes), off_of_k(modes)
-      real(dp) :: places(ndim, size(tips)), distance, missing(2)
+      real(dp) :: places(ndim, size(tips)), distance, missing(3)
       real(dp), allocatable :: u(:, :, :)
       type(crack_values_t) :: found(2)           ! with the tip sought at its own place, and beside it
+      type(tip_field_t) :: field(2)
       integer :: t, d
       allocate (found(1)%j(1), found(2)%j(1))
       of_k = 0
@@ -185,9 +196,11 @@ contains
             distance = norm(tips(t)%place - tips(number)%place)
             if (count([(norm(tips(d)%place - tips(number)%place) < distance, d=1, size(tips))]) > most_others) cycle
             call place_of_tip(problem, tips(t), off_of_j, off_of_k)
+            off_of_j = off_of_j*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii))) ! few cells see less of the field
+            off_of_k = off_of_k*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii)))
             call find(h*static_tips%moved(:, :, t), no_shift, k_there, j_there)
             call find(-h*static_tips%moved(:, :, t), no_shift, k_here, j_here)
-            of_j = of_j + maxval(off_of_j)*abs(j_there - j_here)/2
+            of_j = of_j + sum(off_of_j*k**2)/max(sum(k**2), tiny(j))*abs(j_there - j_here)/2
             k_there = k_there - k_here
             if (t == number .and. tips(t)%nodes%in_cell) then
                call find(0.0_dp*static_tips%moved(:, :, 1), h/2*tips(t)%direction, k_here, j_here)
@@ -201,12 +214,15 @@ contains
             places(:, d) = tips(d)%place
          end do
          associate (moved => static_tips%moved(:, :, number))
-            allocate (u(ndim, size(moved, 2), 2))
+            allocate (u(ndim, size(moved, 2), 3))
             u(:, :, 1) = static_tips%u + h*moved
             u(:, :, 2) = static_tips%u - h*moved
-            missing = missing_energies(problem, spread(places, 3, 2), tip_zone*h, u)
+            u(:, :, 3) = static_tips%u
+            missing = missing_energies(problem, spread(places, 3, 3), tip_zone*h, u)
             by_cells = abs(missing(1) - missing(2))/(2*h*problem%particles%thickness%at(tips(number)%now))
             if (tips(number)%is_half()) by_cells = 2*by_cells
+            if (maxval(tips(number)%radii) < narrow*h) by_cells = 0
+            by_cells = max(by_cells, missing(3)/max(static_tips%energy, tiny(j))*abs(j))
          end associate
       end associate
       if (.not. (abs(j) > 0 .and. norm(k) > 0)) return
@@ -214,6 +230,11 @@ contains
          errors%of_tip = of_j/(of_j + by_cells + tiny(1.0_dp))
          errors%j%relative = (of_j + by_cells)/abs(j)
          errors%intensity%relative = maxval(of_k)/norm(k) + by_cells/(2*abs(j))
+         if (tips(number)%phase_length > 0) then ! along which the tip is: it is astray ahead and behind alone
+            field = fields_at(problem%materials, tips(number))
+            errors%intensity%relative = (of_k + turn_of(field(1))*norm(of_k))/norm(k) &
+                                        + by_cells/(2*abs(j))*(turn_of(field(1)) + abs(k)/norm(k))
+         end if
          do t = 1, size(values%estimates)
             values%estimates(t)%error%relative = errors%j%relative
          end do
@@ -231,7 +252,7 @@ contains
          type(particles_t) :: p
          tip = tips(number)
          tip%may_close = .false.
-         tip%radii = [max(min(minval(tip%radii), maxval(tip%radii)/2), min(2*tip%nodes%spacing, maxval(tip%radii)))]
+         tip%radii = [disc_of_shifts(tip)]
          call displace(problem, static_tips%u + u, p, tip%now, tip%radii(1) + norm(shift))
          associate (values => found(merge(2, 1, any(abs(shift) > 0))))
             call measure_domain(problem, static_tips%scale*largest_factors(problem%loads), tip, p, &

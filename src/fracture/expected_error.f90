@@ -33,7 +33,7 @@ module hampm_expected_error
    implicit none
    private
    public :: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, find_static_tips, &
-             error_by_lengths, place_of_tip, tip_zone, lost_by_locking
+             error_by_lengths, place_of_tip, tip_zone, lost_by_locking, disc_of_shifts
 
    !> A model at rest under its loads at their largest, scaled down to small gradients.
    type :: static_model_t
@@ -67,6 +67,8 @@ module hampm_expected_error
    !> Radius around the tip, in cells there, within which the error is that of the shortness. Middles of cells are at round distances from many tips, on one side
    !> of it by rounding.
    real(dp), parameter :: tip_zone = 3 + 1e-6_dp
+
+   real(dp), parameter :: most_level = 0.9_dp    !! part of the largest disc of a tip in which cells go with it, and do not change their shape
 
    !> How far from its place a tip inside a bilinear cell acts, in cells, at most in nineteen of twenty places and directions at random, as J and
    !> as K tell (docs/explanation/energy_release_rate.md); of quadratic cells half of that.
@@ -167,7 +169,7 @@ contains
       crack%known = pairs >= 2
       if (.not. crack%known) return
       to_g = merge(2.0_dp, 1.0_dp, tips(1)%is_half())/(thickness*tips(1)%nodes%spacing)
-      call condense_onto_faces(condensation, pairs, size(tips) - 1, to_g, shortness_of(m, tips(1)), crack)
+      call condense_onto_faces(condensation, pairs, size(tips) - 1, to_g, shortness_of(m, tips(1)), tips(1)%has_layers, crack)
       where (abs(crack%g) < hardly**2*sum(abs(crack%g))) crack%g = max(crack%g, 0.0_dp) ! rounding, of any sign
       ! Else its modes share rounding, or G changes so much from cell to cell that no parabola tells it
       crack%known = all(crack%g >= 0) .and. sum(crack%g) > to_g*no_work*crack%energy
@@ -358,11 +360,14 @@ contains
    !> as a mean over a cell is the value in the middle and h**2/24 G''. The first is right where a crack is a few cells long, the
    !> second where a ligament is a few cells wide; each falls short in the other case, so that the larger change is taken. Of two
    !> pairs they are lines. To this comes by how much closing a cell at another tip lowers d_1.
-   subroutine condense_onto_faces(condensation, pairs, others, to_g, shortness, crack)
+   !>
+   !> Between two materials what either mode has depends on the size of the cells, and may be less than nothing: both are taken as one.
+   subroutine condense_onto_faces(condensation, pairs, others, to_g, shortness, as_one, crack)
       type(condensation_t), intent(in) :: condensation
       integer, intent(in) :: pairs, others       !! numbers of pairs behind the tip, and of other tips
       real(dp), intent(in) :: to_g               !! from work by cell to G [1/m2]
       real(dp), intent(in) :: shortness(modes)   !! [cells]
+      logical, intent(in) :: as_one              !! whether modes are
       type(static_crack_t), intent(inout) :: crack
       real(dp) :: force(size(condensation%parting)), work(modes, 0:pairs), d(most_pairs), l(most_pairs), apart(modes), both(modes)
       real(dp) :: g(2), change(2)                ! by the two parabolas
@@ -373,6 +378,7 @@ contains
       end do
       do mode = 1, modes
          d(:pairs) = to_g*(work(mode, 1:) - work(mode, :pairs - 1))
+         if (as_one) d(:pairs) = merge(to_g*sum(work(:, 1:) - work(:, :pairs - 1), dim=1), spread(0.0_dp, 1, pairs), mode == 1)
          if (any(d(:pairs) <= 0)) cycle
          if (pairs == 2) d(3) = d(2)**2/d(1)
          l = log(d/d(1))
@@ -387,7 +393,9 @@ contains
       do k = pairs + 1, pairs + others
          call condensation%close_pairs([k], force, apart)
          call condensation%close_pairs([1, k], force, both)
-         crack%by_tip = crack%by_tip + shortness*to_g*(work(:, 1) + apart - both)
+         associate (more => work(:, 1) + apart - both)
+            crack%by_tip = crack%by_tip + shortness*to_g*merge([sum(more), 0.0_dp], more, as_one)
+         end associate
       end do
    end subroutine condense_onto_faces
 
@@ -421,6 +429,12 @@ contains
       end associate
       crack%by_cells = to_g*(missing(1) - missing(2))*work/sum(work)
    end subroutine find_far_error
+
+   !> Radius of the disc in which J and K are measured of a tip that is moved: among cells that go with it [m].
+   pure real(dp) function disc_of_shifts(tip) result(radius)
+      type(crack_tip_t), intent(in) :: tip
+      radius = max(min(minval(tip%radii), maxval(tip%radii)/2), min(2*tip%nodes%spacing, maxval(tip%radii)))
+   end function disc_of_shifts
 
    !> Find what changes as the tips of a model at rest move, where it is known.
    subroutine find_static_tips(m, rest, model, tips, is_static)
@@ -462,7 +476,8 @@ contains
       integer :: n, i
       domain%tip = tip%now
       domain%radius = [maxval(tip%radii)]
-      call weight_nodes(domain, m%grid, q)
+      call weight_nodes(domain, m%grid, q, max(domain%radius(1)/2, min(disc_of_shifts(tip) + tip%nodes%spacing, &
+                                                                       most_level*domain%radius(1))))
       allocate (force(ndim, m%grid%n_points), source=0.0_dp)
       associate (p => m%particles, b => m%blocks)
          do n = 1, b%n_occupied

@@ -16,7 +16,7 @@ module hampm_missing_energy
 
    integer, parameter :: n_stress = ndim*ndim
 
-   !> How far, in cells, the middle of the material of an element that counts as full may be from that of the element.
+   !> By which part the material of an element that counts as full may differ from it.
    real(dp), parameter :: not_full = 1.0e-3_dp
 
 contains
@@ -104,19 +104,16 @@ contains
       real(dp), intent(inout) :: missing(:)      !! [J], (displacements)
       real(dp), parameter :: off = sqrt(1/12.0_dp)       ! of Gauss points from the middle, in cells
       real(dp), allocatable :: gradient(:, :, :)
-      real(dp) :: total, middle(ndim), x(ndim), area, weight, stress(n), shape(corners), slopes(corners, n_derivatives(m))
+      real(dp) :: total, x(ndim), weight, stress(n), shape(corners), slopes(corners, n_derivatives(m))
       real(dp) :: gauss(ndim)
       integer :: i, k, c, d, at(corners)
       at = m%grid%element_nodes(:, e)
       total = 0
-      middle = 0
       associate (p => m%particles, b => m%blocks, material => m%materials(material_of(m, e)))
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-            area = p%area_of(i)
-            total = total + area
-            middle = middle + area*(m%local_of(i) - 0.5_dp)
+            total = total + p%area_of(i)
          end do
-         if (any(abs(middle) > not_full*total)) return
+         if (abs(total/m%grid%element_size(e)**ndim - 1) > not_full) return
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             if (b%count_in(e) == 1) call stiff_points(m, e, i, gradient)
             do d = 1, size(missing)

@@ -99,19 +99,22 @@ contains
    !>
    !> Between them q has the shape functions of the grid. That makes J nearly independent of the disc: the equilibrium of the nodes
    !> holds for weights of just that kind, and the particles integrate them as they integrate the nodal forces.
-   pure subroutine weight_nodes(domain, grid, q)
+   pure subroutine weight_nodes(domain, grid, q, level)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       real(dp), allocatable, intent(out) :: q(:, :)  !! [-], (radii, n_points)
+      real(dp), intent(in), optional :: level    !! up to which q is 1, else half of each radius [m]
       type(node_list_t) :: all
-      real(dp) :: t(size(domain%radius)), x(ndim), reach
+      real(dp) :: t(size(domain%radius)), inner(size(domain%radius)), x(ndim), reach
       integer :: i
       allocate (q(size(domain%radius), grid%n_points), source=0.0_dp)
       reach = maxval(domain%radius)
+      inner = plateau*domain%radius
+      if (present(level)) inner = level
       do i = 1, grid%n_nodes
          x = grid%node_position(:, i) - domain%tip
          if (abs(x(1)) >= reach .or. abs(x(2)) >= reach) cycle
-         t = (norm(x)/domain%radius - plateau)/(1 - plateau)
+         t = (norm(x) - inner)/(domain%radius - inner)
          t = min(max(t, 0.0_dp), 1.0_dp)
          q(:, i) = 1 - t**2*(3 - 2*t)
       end do
