@@ -4,7 +4,6 @@ module hampm_input_warnings
    use hampm_key_table, only: material_constants
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: points_along
-   use hampm_body_group, only: area_in_box
    use hampm_crack_lines, only: length_of
    use hampm_crack_placement, only: body_at
    use hampm_edge_parts, only: edge_part_t
@@ -238,11 +237,13 @@ contains
       do i = 1, size(model%bodies)
          associate (body => model%bodies(i), cell => model%grid%cell)
             if (.not. body%outline%is_there()) then
-               associate (common => min(body%upper, upper) - max(body%lower, lower))
-                  if (all(common >= -tolerance(model%grid))) cells(1) = max(cells(1), maxval(common)/cell)
+               associate (common => min(body%upper, upper) - max(body%lower, lower), tol => tolerance(model%grid))
+                  if (.not. all(common >= -tol)) cycle
+                  if (any(common >= body%upper - body%lower - tol)) return ! a whole edge
+                  cells(1) = max(cells(1), maxval(common)/cell)
                end associate
             else
-               cells(2) = cells(2) + area_in_box(body, lower, upper)/cell**ndim
+               cells(2) = cells(2) + body%area_in(lower, upper)/cell**ndim
                parts = body%outline%parts_in_box(lower, upper, tolerance(model%grid), model%grid%lower, cell, 0)
                cells(1) = max(cells(1), sum([(maxval(abs(parts(k)%half))*2/cell, k=1, size(parts))], &
                                             mask=[(maxval(abs(parts(k)%normal)) > 0.999_dp, k=1, size(parts))]))

@@ -113,6 +113,7 @@ SQUARE = "lower = -5e-3, 1e-3 upper = 5e-3, 11e-3"
 
 @pytest.mark.parametrize("body, lower, upper, more, told", [
     (DISC, "-7e-3, 0", "7e-3, 1.05e-3", "", "holds 0.399 cells of the body"), (DISC, "-7e-3, 0", "7e-3, 3.05e-3", "", None),
+    ("lower = -5e-3, 1e-3 upper = -4.4e-3, 1.5e-3", "-5e-3, 1e-3", "-4e-3, 1e-3", "", None),
     (SQUARE, "-7e-3, 1e-3", "-4.6e-3, 1e-3", "", "holds 0.4 of a cell along an edge"), (SQUARE, "-5e-3, 1e-3", "-2.6e-3, 1e-3", "", None),
     (SQUARE, "-5e-3, 1e-3", "-2.6e-3, 1e-3", "turns = .true.", "ends between nodes: with turns"), (SQUARE, "-5e-3, 1e-3", "-2e-3, 1e-3", "turns = .true.", None)])
 def test_supports_that_cells_make_another_one_of_are_told(hampm, body, lower, upper, more, told):
