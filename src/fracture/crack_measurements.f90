@@ -7,7 +7,7 @@ module hampm_crack_measurements
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t, best_t
    use hampm_cracks, only: cracks_t
-   use hampm_estimated_errors, only: error_t, follow
+   use hampm_estimated_errors, only: error_t, follow, waves_of
    use hampm_estimator, only: estimate_t
    use hampm_failure, only: failure_t
    use hampm_history, only: history_t
@@ -38,6 +38,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: middle(ndim) = 0    ! cells on both sides of the mouth tell
       real(dp) :: at_node(modes)                 ! opening of the nodes behind the tip [m]
+      real(dp) :: waves                          ! [s]
       type(best_t) :: best
       type(tip_field_t) :: field(2)
       associate (p => problem%particles, grid => problem%grid, tip => cracks%tips(number))
@@ -56,7 +57,10 @@ contains
             end if
          end associate
          field = fields_at(problem%materials, tip)
-         call follow_values(tip, field(1), values)
+         waves = 0
+         if (values%moves) &
+            waves = waves_of(tip%nodes%spacing, problem%materials(tip%material_in(problem%materials))%shear_wave_speed())
+         call follow_values(tip, field(1), problem%state%time, waves, values)
          best = values%best(tip, problem%materials(tip%material_in(problem%materials))%isotropic)
          if (best%estimator /= '') g = best%rate
       end associate
@@ -66,33 +70,36 @@ contains
    !>
    !> The nodal force is off by what it differs by from the part of J of its mode, and by what that part is off: where cells have been divided in
    !> motion, particles may have stresses that no node feels. Without J nothing is known of that.
-   pure subroutine follow_values(tip, field, values)
+   pure subroutine follow_values(tip, field, time, waves, values)
       type(crack_tip_t), intent(in) :: tip
       type(tip_field_t), intent(in) :: field     !! of the tip
+      real(dp), intent(in) :: time, waves        !! of `add_recent` [s]
       type(crack_values_t), intent(inout) :: values
-      real(dp) :: j, spread_of_j, of_k(modes), part(modes), least(modes)
+      real(dp) :: j, spread_of_j, of_k(modes), part(modes), least(modes), apart(modes)
       integer :: n
       associate (v => values, errors => values%errors, scale => values%errors%with_cells(tip%nodes%spacing))
          do n = 1, size(v%estimates)
             associate (of => v%estimates(n))
                call follow(of%error, merge(of%rate, sum(abs(of%rate)), errors%by_mode .or. of%by%needs_nodes), scale, &
-                           of%uncertainty)
-               if (of%by%differs_from_j .and. v%cells_divide .and. .not. allocated(v%j)) &
+                           of%uncertainty, time, waves)
+               if (of%by%needs_two_points .and. v%cells_divide .and. .not. allocated(v%j)) & ! nodal forces
                   of%error%now = ieee_value(0.0_dp, ieee_quiet_nan)
             end associate
          end do
          if (.not. allocated(v%j)) return
          j = sum(v%j)/size(v%j)
          spread_of_j = maxval(v%j) - minval(v%j) + v%uncertainty_of_j + tip%lost_before_other()*abs(j)
-         call follow(errors%j, j, scale, spread_of_j)
+         apart = 0                               ! J and the interaction of a tip that grows, which sees where it is
+         if (tip%grown > 0) apart = abs(v%by_fields - v%intensity)
+         call follow(errors%j, j, scale, max(spread_of_j, 2*norm(apart)/max(norm(v%intensity), tiny(j))*abs(j)), time, waves)
          part = 0
          if (sum(abs(v%domain)) > 0) part = abs(v%domain)/sum(abs(v%domain))
          if (errors%by_mode .and. .not. field%modes_couple()) then
-            call follow(errors%domain, v%domain, scale, spread_of_j*part)
-            call follow(errors%intensity, v%intensity, scale, v%spread_of_k)
+            call follow(errors%domain, v%domain, scale, spread_of_j*part, time, waves)
+            call follow(errors%intensity, v%intensity, scale, max(v%spread_of_k, apart), time, waves)
          else                                    ! one mode turns into the other, too
             errors%domain%now = 0
-            call follow(errors%intensity, norm(v%intensity), scale, maxval(v%spread_of_k))
+            call follow(errors%intensity, norm(v%intensity), scale, max(maxval(v%spread_of_k), apart), time, waves)
          end if
          of_k = errors%intensity%now
          errors%of_rate = error_of_rate(field, v%intensity, of_k)

@@ -6,7 +6,8 @@ module hampm_estimated_errors
    use hampm_crack_tip_field, only: modes
    implicit none
    private
-   public :: error_t, estimated_errors_t, relative_errors, follow, archive_errors, archive_column, hardly, uncertainty
+   public :: error_t, estimated_errors_t, relative_errors, follow, archive_errors, archive_column, hardly, uncertainty, &
+             recent_t, add_recent, waves_of, archive_recent
 
    !> Part of the largest value so far of which there is always the relative error: where a value passes through zero, a small
    !> shift in time is an error of the size of its neighbours.
@@ -20,8 +21,20 @@ module hampm_estimated_errors
    !> rates the square of that.
    real(dp), parameter :: hardly = 1.0e-3_dp
 
+   integer, parameter :: most_recent = 16        !! samples that are kept
+   integer, parameter :: least_recent = 6        !! that tell of waves
+   real(dp), parameter :: cells_of_waves = 4     !! that a shear wave crosses in the time over which samples swing about a line
+   real(dp), parameter :: longest = 2.5_dp       !! times that, samples are too far apart
+
+   !> The last samples of a value in motion, which swings with the waves that cells cannot carry.
+   type :: recent_t
+      integer :: n = 0
+      real(dp) :: time(most_recent) = 0, value(most_recent) = 0 !! [s], and in the unit of the value
+   end type recent_t
+
    !> The estimated error of a column.
    type :: error_t
+      type(recent_t) :: recent                   !! values, in motion
       real(dp) :: relative = 0                   !! with the cells of the start [-]
       real(dp) :: largest = 0                    !! size of the largest value so far, in the unit of the column
       real(dp) :: now = 0                        !! of the latest value, in the unit of the column
@@ -60,14 +73,61 @@ contains
       where (.not. there) relative = maxval(relative)
    end function relative_errors
 
-   !> Follow a value: its error is a part of it, or of the largest so far, and not below `least`.
-   pure elemental subroutine follow(error, value, scale, least)
+   !> How long samples swing about a line in the waves that cells cannot carry [s].
+   pure elemental real(dp) function waves_of(cell, speed)
+      real(dp), intent(in) :: cell, speed        !! at the tip, and of shear waves there [m], [m/s]
+      waves_of = cells_of_waves*cell/speed
+   end function waves_of
+
+   !> Take a sample, and tell by what the last ones stray from a line, twice their standard deviation: 0 where they are too few in a time so short that what is
+   !> not of the cells has hardly another slope.
+   pure subroutine add_recent(recent, time, value, waves, scatter)
+      type(recent_t), intent(inout) :: recent
+      real(dp), intent(in) :: time, value        !! [s]
+      real(dp), intent(in) :: waves              !! [s]
+      real(dp), intent(out) :: scatter           !! in the unit of the value
+      real(dp), allocatable :: t(:), y(:)
+      real(dp) :: slope
+      integer :: n, first
+      n = recent%n
+      if (n > 1) then                            ! one too near to that before it makes room
+         if (time - recent%time(n - 1) < waves/(most_recent - 2)) n = n - 1
+      end if
+      if (n > 0) then
+         if (time <= recent%time(n)) n = n - 1
+      end if
+      if (n == most_recent) then
+         recent%time = eoshift(recent%time, 1)
+         recent%value = eoshift(recent%value, 1)
+         n = n - 1
+      end if
+      n = n + 1
+      recent%n = n
+      recent%time(n) = time
+      recent%value(n) = value
+      scatter = 0
+      if (n < least_recent) return
+      first = min(count(recent%time(:n) < time - waves) + 1, n - least_recent + 1)
+      if (time - recent%time(first) > longest*waves) return
+      t = recent%time(first:n) - sum(recent%time(first:n))/(n - first + 1)
+      y = recent%value(first:n) - sum(recent%value(first:n))/(n - first + 1)
+      slope = dot_product(t, y)/dot_product(t, t)
+      scatter = 2*sqrt(sum((y - slope*t)**2)/(size(t) - 2))
+   end subroutine add_recent
+
+   !> Follow a value: its error is a part of it, or of the largest so far, and not below `least`; in motion the last samples stray beside that.
+   pure elemental subroutine follow(error, value, scale, least, time, waves)
       type(error_t), intent(inout) :: error
       real(dp), intent(in) :: value              !! in the unit of the column, as the next but one
       real(dp), intent(in) :: scale              !! of the relative error [-]
       real(dp), intent(in) :: least
+      real(dp), intent(in) :: time, waves        !! of `add_recent`, the latter 0 at rest [s]
+      real(dp) :: scatter
       error%largest = max(error%largest, abs(value))
       error%now = max(scale*error%relative*max(abs(value), floor_of_values*error%largest), least)
+      if (.not. waves > 0) return
+      call add_recent(error%recent, time, value, waves, scatter)
+      error%now = error%now + scatter
    end subroutine follow
 
    !> By how much the relative errors of the start change with the cells at the tip [-].
@@ -86,6 +146,7 @@ contains
       call archive_column(errors%intensity, 'intensity', archive)
       call archive%serialise('j_relative', errors%j%relative)
       call archive%serialise('j_largest', errors%j%largest)
+      call archive_recent(errors%j%recent, 'j', archive)
       call archive%serialise('of_tip', errors%of_tip)
       call archive%serialise('error_cell', errors%cell)
       call archive%serialise('errors_are_known', errors%are_known)
@@ -97,7 +158,21 @@ contains
       type(error_t), intent(inout) :: errors(modes)
       character(*), intent(in) :: name
       class(archive_t), intent(inout) :: archive
+      integer :: mode
       call archive%archive_reals(name//'_relative', modes, errors%relative)
       call archive%archive_reals(name//'_largest', modes, errors%largest)
+      do mode = 1, modes
+         call archive_recent(errors(mode)%recent, name//repeat('_I', mode), archive)
+      end do
    end subroutine archive_column
+
+   !> Keep the last samples of a value.
+   subroutine archive_recent(recent, name, archive)
+      type(recent_t), intent(inout) :: recent
+      character(*), intent(in) :: name
+      class(archive_t), intent(inout) :: archive
+      call archive%serialise(name//'_samples', recent%n)
+      call archive%archive_reals(name//'_times', most_recent, recent%time)
+      call archive%archive_reals(name//'_values', most_recent, recent%value)
+   end subroutine archive_recent
 end module hampm_estimated_errors

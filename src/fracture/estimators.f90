@@ -21,8 +21,8 @@ contains
                      needs_elasticity=.true., needs_isotropy=.true., needs_free_faces=.true., needs_tip_at_rest=.true., &
                      find=path_closure), &
          estimator_t('material_force', 'energy release rate, material forces of the nodes', needs_radii=.true., &
-                     needs_free_faces=.true., needs_tip_at_rest=.true., find=material_force), &
+                     needs_free_faces=.true., needs_tip_at_rest=.true., differs_from_j=.true., find=material_force), &
          estimator_t('stress_closure', 'energy release rate, stress closure', needs_nodes=.true., needs_mass=.true., &
-                     needs_elasticity=.true., find=stress_closure)]
+                     needs_elasticity=.true., differs_from_j=.true., find=stress_closure)]
    end function estimators
 end module hampm_estimators

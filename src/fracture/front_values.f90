@@ -1,7 +1,7 @@
 !> What is measured along the front of a plane crack, and what results hold of it, of solids only.
 !>
-!> G is the mean over the domains, and so are K. Its estimated error is what the domains differ by, what K, which the cells resolve in another way, has
-!> of G, and what the place of the front in the cells is worth. Where a front ends on a side, the field is not that of plane strain, and K is undefined: there the modes share G as at the next node.
+!> G is the mean over the domains, and so are K. Its estimated error is what the domains differ by, along the front also what K, which the cells resolve in another
+!> way, has of G, and what the place of the front in the cells is worth. Where a front ends on a side, the field is not that of plane strain, and K is undefined: there the modes share G as at the next node.
 !>
 !> Values are means over hats. Along a front that runs with the lattice these reach over a cell to each side. Other fronts cut the cells now here, now there:
 !> what acts as the front is a polygon of the lattice, and means over three cells leave little of that.
@@ -9,6 +9,7 @@ module hampm_front_values
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
    use hampm_archive, only: archive_t
+   use hampm_estimated_errors, only: recent_t, add_recent, waves_of, archive_recent
    use hampm_front, only: front_t, room_of
    use hampm_front_closure, only: closure_rates
    use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, cell_at
@@ -21,14 +22,15 @@ module hampm_front_values
    use hampm_text, only: to_text
    implicit none
    private
-   public :: front_values_t, renew_front_values, archive_front_values, measure_front, record_front, mean_rate, front_fields, &
+   public :: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, record_front, mean_rate, &
+             front_fields, &
              part_along, between_hats, parts_of, place_hats
 
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
 
-   !> How far the front of the cells is from its place, in cells: 0.03 where it runs with the lattice, 0.07 in the mean around a circle of 6 cells
-   real(dp), parameter :: astray = 0.07_dp
+   !> How far the front of the cells is from its place, in cells: where it runs with the lattice, alike all along, and where it does not.
+   real(dp), parameter :: astray_along = 0.03_dp, astray_across = 0.07_dp
    real(dp), parameter :: least_part = 0.5_dp    !! of these radii, of fronts that grow near to sides and round off: G is known there, less so K
    real(dp), parameter :: cells_of_hats = 3      !! to each side, of fronts that do not run with the lattice
 
@@ -39,6 +41,10 @@ module hampm_front_values
       real(dp), allocatable :: closure(:, :), closure_error(:, :) !! G of each mode by closure [J/m2], (modes, nodes)
       real(dp) :: closure_mean_error(front_modes) = 0 !! of the means of these [J/m2]
       real(dp) :: mean_error = 0                 !! of the mean of G [J/m2]
+      type(recent_t) :: of_mean                  !! recent means of G, in motion
+      type(recent_t), allocatable :: of_hats(:)  !! the same by hat
+      real(dp) :: mean_scatter = 0               !! standard deviation of the recent means [J/m2]
+      real(dp), allocatable :: scatter(:)        !! the same by hat
    end type measured_t
 
    !> That, and where it was measured.
@@ -94,9 +100,10 @@ contains
    !> Zeros at so many hats.
    pure type(measured_t) function nothing_measured(hats) result(measured)
       integer, intent(in) :: hats
-      allocate (measured%g(hats), measured%g_error(hats), source=0.0_dp)
+      allocate (measured%g(hats), measured%g_error(hats), measured%scatter(hats), source=0.0_dp)
       allocate (measured%k(front_modes, hats), source=0.0_dp)
       allocate (measured%k_error, measured%closure, measured%closure_error, source=measured%k)
+      allocate (measured%of_hats(hats))
    end function nothing_measured
 
    !> Keep what was measured along fronts that move.
@@ -104,7 +111,7 @@ contains
       type(front_values_t), allocatable, intent(inout) :: values(:)
       class(archive_t), intent(inout) :: archive
       type(front_values_t), allocatable :: at_start(:)
-      integer :: n, k, hats
+      integer :: n, k, i, hats
       n = size(values)
       call archive%serialise('number', n)
       if (archive%failure%failed()) return
@@ -135,6 +142,10 @@ contains
          call archive%archive_reals('closure', front_modes*hats, values(k)%closure)
          call archive%archive_reals('closure_error', front_modes*hats, values(k)%closure_error)
          call archive%archive_reals('closure_mean_error', front_modes, values(k)%closure_mean_error)
+         call archive_recent(values(k)%of_mean, 'mean', archive)
+         do i = 1, hats
+            call archive_recent(values(k)%of_hats(i), 'hat_'//to_text(i), archive)
+         end do
       end do
    end subroutine archive_front_values
 
@@ -224,7 +235,7 @@ contains
       integer :: parts, n, i, j, from, next
       parts = front%n() - merge(0, 1, front%is_closed)
       n = parts
-      if (grows .or. .not. all(maxval(abs(front%outward), dim=1) > 1 - 1e-9_dp)) n = 4*max(1, nint(parts/(4*cells_of_hats)))
+      if (grows .or. .not. runs_with_lattice(front)) n = 4*max(1, nint(parts/(4*cells_of_hats)))
       if (grows .and. .not. front%is_closed) n = max(4, nint(parts/cells_of_hats))
       if (hats > 0) n = hats - merge(0, 1, front%is_closed)
       step = front%length/n
@@ -259,6 +270,20 @@ contains
       if (values%by_domain .and. values%domain%has_modes) return
       where (have_overlapped(problem, values)) values%of_g(1, :) = -values%of_g(1, :) ! of which only the size was found
    end subroutine measure_front
+
+   !> Find by what the last samples stray, in waves that cells cannot carry.
+   subroutine find_scatter(problem, values)
+      type(problem_t), intent(in) :: problem
+      type(front_values_t), intent(inout) :: values
+      real(dp) :: waves                          ! [s]
+      integer :: i
+      if (values%has_ended) return
+      waves = waves_of(cell_at(values%domain%front, problem), problem%materials(values%domain%material)%shear_wave_speed())
+      call add_recent(values%of_mean, problem%state%time, mean_rate(values), waves, values%mean_scatter)
+      do i = 1, size(values%g)
+         call add_recent(values%of_hats(i), problem%state%time, values%g(i), waves, values%scatter(i))
+      end do
+   end subroutine find_scatter
 
    !> Whether the faces behind each hat have overlapped, by the displacements of the particles there.
    pure function have_overlapped(problem, values) result(have)
@@ -308,13 +333,13 @@ contains
          end do
       end if
       off = abs(sum(values%closure, dim=1) - values%g)
-      associate (part => parts_of(values), place => off_by_place(problem, values))
+      associate (part => parts_of(values), place => off_by_place(problem, values), of_mean => mean_off_by_place(problem, values))
          do mode = 1, front_modes
             associate (share => abs(values%closure(mode, :))/max(sum(abs(values%closure), dim=1), tiny(off)), &
                        difference => values%closure(mode, :) - twice(mode, :))
                values%closure_error(mode, :) = max(abs(difference), share*off) + share*place
                values%closure_mean_error(mode) = max(abs(dot_product(part, difference)), abs(dot_product(part, share*( &
-                                                 sum(values%closure, dim=1) - values%g)))) + dot_product(part, share*place)
+                                                 sum(values%closure, dim=1) - values%g)))) + dot_product(part, share)*of_mean
             end associate
          end do
       end associate
@@ -332,11 +357,38 @@ contains
       type(problem_t), intent(in) :: problem
       type(front_values_t), intent(in) :: values
       real(dp) :: off(size(values%arc))
-      off = abs(values%g)*2*astray*cell_at(values%domain%front, problem)/values%room
+      off = abs(values%g)*2*merge(astray_along, astray_across, runs_with_lattice(values%domain%front)) &
+            *cell_at(values%domain%front, problem)/values%room
       associate (g => values%g, n => size(off))
          off([1, n]) = off([1, n]) + merge(abs(g([1, n]) - g([2, n - 1])), 0.0_dp, values%is_free)
       end associate
    end function off_by_place
+
+   !> By how much the mean of G may be: where a front crosses planes of the lattice it is astray in each row of cells apart, and the mean of n rows by 1/sqrt(n) of
+   !> that [J/m2].
+   pure real(dp) function mean_off_by_place(problem, values) result(off)
+      type(problem_t), intent(in) :: problem
+      type(front_values_t), intent(in) :: values
+      real(dp) :: rows
+      integer :: i, next
+      off = dot_product(parts_of(values), off_by_place(problem, values))
+      rows = 0
+      associate (front => values%domain%front)
+         do i = 1, front%n() - merge(0, 1, front%is_closed)
+            next = modulo(i, front%n()) + 1
+            associate (across => maxloc(abs(front%outward(:, i)), dim=1))
+               rows = rows + abs(front%at(across, next) - front%at(across, i))/cell_at(front, problem)
+            end associate
+         end do
+      end associate
+      off = off/sqrt(max(1.0_dp, rows))
+   end function mean_off_by_place
+
+   !> Whether a front is normal to an axis all along.
+   pure logical function runs_with_lattice(front)
+      type(front_t), intent(in) :: front
+      runs_with_lattice = all(maxval(abs(front%outward), dim=1) > 1 - 1e-9_dp)
+   end function runs_with_lattice
 
    !> By domain integrals.
    subroutine measure_domains(problem, state, values)
@@ -365,7 +417,7 @@ contains
          g = matmul(values%mean_of, g)
          values%g = sum(g, dim=2)/radii
          values%g_error = maxval(g, dim=2) - minval(g, dim=2) + off_by_place(problem, values)
-         values%mean_error = values%mean_error + dot_product(parts_of(values), off_by_place(problem, values))
+         values%mean_error = values%mean_error + mean_off_by_place(problem, values)
          values%of_g(1, :) = sqrt(material%plane_modulus()*max(values%g, 0.0_dp))
          if (.not. values%domain%has_modes) return
          do mode = 1, front_modes
@@ -384,7 +436,6 @@ contains
             values%of_g(2, :) = amount*sliding
             values%of_g(1, :) = amount*k_1
          end associate
-         values%mean_error = values%mean_error + abs(dot_product(parts_of(values), values%g - of_k))
          values%g_error = values%g_error + abs(values%g - of_k)
          do mode = 1, front_modes
             where (of_k > 0) values%k_error(mode, :) = values%k_error(mode, :) &
@@ -495,11 +546,14 @@ contains
       type(front_values_t), intent(in) :: values
       type(history_t), intent(inout) :: history
       character(*), parameter :: closed = 'energy release rate, virtual crack closure'
+      real(dp) :: part_of_modes(front_modes)
       integer :: d, last
       last = modes_of(values)
+      part_of_modes = matmul(values%closure, parts_of(values))
+      part_of_modes = part_of_modes/max(sum(abs(part_of_modes)), tiny(1.0_dp))
       history%is_of_none = values%has_ended
       call history%record('G_mean', 'J/m2', 'energy release rate, mean along the front', mean_rate(values))
-      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%mean_error)
+      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%mean_error + values%mean_scatter)
       call history%record('G_largest', 'J/m2', 'largest energy release rate along the front', maxval(values%g))
       call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, mean along the front', &
                                 matmul(values%k(:last, :), parts_of(values)))
@@ -508,24 +562,28 @@ contains
          call history%record_along_front('xyz'(d:d), 'm', 'place on the front', values%at(d, :))
       end do
       call history%record_along_front('G', 'J/m2', 'energy release rate', values%g)
-      call history%record_along_front('G_error', 'J/m2', 'estimated error of it', values%g_error)
+      call history%record_along_front('G_error', 'J/m2', 'estimated error of it', values%g_error + values%scatter)
       do d = 1, last
          associate (name => 'K_'//repeat('I', d))
             call history%record_along_front(name, 'Pa m^0.5', 'stress intensity factor, mode '//repeat('I', d), values%k(d, :))
-            call history%record_along_front(name//'_error', 'Pa m^0.5', 'estimated error of it', values%k_error(d, :))
+            call history%record_along_front(name//'_error', 'Pa m^0.5', 'estimated error of it', values%k_error(d, :) + &
+                                            abs(values%k(d, :))*values%scatter/max(2*values%g, values%scatter, tiny(1.0_dp)))
          end associate
       end do
       if (values%by_closure) then
          associate (modes => merge(1, front_modes, values%domain%front%is_symmetry))
             call history%record_modes('G_vcct_', 'J/m2', closed//', mean along the front', &
                                       matmul(values%closure(:modes, :), parts_of(values)))
-            call history%record_modes('G_vcct_', 'J/m2', 'estimated error of that', values%closure_mean_error(:modes), &
+            call history%record_modes('G_vcct_', 'J/m2', 'estimated error of that', values%closure_mean_error(:modes) + &
+                                      values%mean_scatter*abs(part_of_modes(:modes)), &
                                       behind='_error')
          end associate
          do d = 1, merge(1, front_modes, values%domain%front%is_symmetry)
             associate (name => 'G_vcct_'//repeat('I', d))
                call history%record_along_front(name, 'J/m2', closed//', mode '//repeat('I', d), values%closure(d, :))
-               call history%record_along_front(name//'_error', 'J/m2', 'estimated error of it', values%closure_error(d, :))
+               call history%record_along_front(name//'_error', 'J/m2', 'estimated error of it', values%closure_error(d, :) &
+                                               + values%scatter*abs(values%closure(d, :)) &
+                                               /max(sum(abs(values%closure), dim=1), tiny(1.0_dp)))
             end associate
          end do
       end if

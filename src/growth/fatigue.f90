@@ -4,6 +4,7 @@
 !> rows before and after; the laws of growth are integrated over that, through all blocks of cycles. What a tip should have gone by then beyond what
 !> it has is owed to it, and it goes by that in the next step. So cycles and places are of the second order in the increment.
 module hampm_fatigue
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp
    use hampm_tensors, only: norm
    use hampm_archive, only: archive_t
@@ -22,10 +23,10 @@ module hampm_fatigue
 
    !> The cycles so far, and the tips in them.
    type :: fatigue_t
-      real(dp) :: cycles = 0
+      real(dp) :: cycles = 0, error = 0          !! and the estimated error of that
       integer :: block = 1                       !! the present one
       real(dp) :: done = 0                       !! cycles of it so far
-      real(dp) :: life = -1                      !! cycles to fracture; below 0: there was none
+      real(dp) :: life = -1                      !! cycles to fracture, with that error; below 0: there was none
       integer, allocatable :: law(:)             !! number of the &growth of each tip; 0: it does not grow
       real(dp), allocatable :: owed(:)           !! way that each tip should have gone beyond what it has [m]
       real(dp), allocatable :: zone(:)           !! from each tip to the end of the farthest plastic zone [m]
@@ -234,28 +235,35 @@ contains
 
    !> Count the cycles in which tips have advanced, from what K was before to what it is now. Where it reaches K_c on the way, `life` is known.
    !> `have_arrested` tells that tips should not have advanced as far: no block lets them.
-   subroutine count_cycles(fatigue, model, ways, now, have_arrested)
+   !>
+   !> K may be off by a part, and between two places it is no line: as it rises with the way a, K''da**2 is about dK**2/K, and a line is off by a twelfth of that in
+   !> the mean. By as much more cycles tips need where K is less by that; where they do not grow then, the error is no number.
+   subroutine count_cycles(fatigue, model, ways, now, off, have_arrested)
       type(fatigue_t), intent(inout) :: fatigue
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: ways(:)            !! by which tips have advanced [m]
       real(dp), intent(in) :: now(:, :, :)       !! as `at`
+      real(dp), intent(in) :: off                !! part of K by which it may be off [-]
       logical, intent(out) :: have_arrested
-      real(dp), dimension(size(ways)) :: rates, mean
-      real(dp) :: way, from, to, end, fracture, cycles, left, times
+      real(dp), dimension(size(ways)) :: rates, mean, slower
+      real(dp) :: way, from, to, end, fracture, cycles, left, times, less, counted, part_more
       integer :: lead, idle, k, b
       have_arrested = .false.
       lead = maxloc([(ways(k)/max(increment_of(k), tiny(way)), k=1, size(ways))], dim=1)
       way = ways(lead) - fatigue%owed(lead)
       if (way < ways(lead)/2) way = ways(lead)
       fatigue%owed = fatigue%owed - ways
+      less = off + rise_of(lead)**2/12
       from = 0
       idle = 0
+      part_more = 0
       do while (from < 1)
          end = min(1.0_dp, (floor(from*parts*(1 + epsilon(from))) + 1)/real(parts, dp))
          fracture = part_to_fracture(fatigue, fatigue%at, now, fatigue%block)
          if (fracture <= from) exit
          to = min(end, fracture)
          rates = rates_of(fatigue, model, between((from + to)/2), fatigue%block)
+         slower = rates_of(fatigue, model, (1 - less)*between((from + to)/2), fatigue%block)
          left = huge(left)
          if (fatigue%block < size(fatigue%top) .or. model%cycles%repeats) left = model%cycles%number(fatigue%block) - fatigue%done
          if (rates(lead) > 0) then
@@ -271,6 +279,11 @@ contains
             if (have_arrested) return
             cycles = left
             to = from
+         end if
+         if (rates(lead) > 0) then
+            part_more = ieee_value(off, ieee_quiet_nan)
+            if (slower(lead) > 0) part_more = rates(lead)/slower(lead) - 1
+            fatigue%error = fatigue%error + cycles*part_more
          end if
          call go_on(cycles, rates, fatigue%block)
          fatigue%done = fatigue%done + cycles
@@ -288,9 +301,11 @@ contains
          times = floor(way*(end - from)/mean(lead))
          if (times < 1) cycle
          from = from + times*mean(lead)/way
+         counted = fatigue%cycles
          do b = 1, size(fatigue%top)
             call go_on(times*model%cycles%number(b), mean/sum(model%cycles%number), b)
          end do
+         fatigue%error = fatigue%error + (fatigue%cycles - counted)*part_more
       end do
       if (from < 1) fatigue%life = fatigue%cycles
       fatigue%at = now
@@ -308,6 +323,15 @@ contains
          real(dp) :: at(size(now, 1), size(now, 2), size(now, 3))
          at = fatigue%at + part*(now - fatigue%at)
       end function between
+
+      !> Change of the largest K of a tip in the step, over it [-].
+      pure real(dp) function rise_of(tip)
+         integer, intent(in) :: tip
+         associate (first => maxval(abs(fatigue%at(:modes, :, tip))), last => maxval(abs(now(:modes, :, tip))))
+            rise_of = 0
+            if (first > 0) rise_of = min(1.0_dp, abs(last/first - 1))
+         end associate
+      end function rise_of
 
       !> Let cycles of a block pass.
       subroutine go_on(cycles, rates, block)
@@ -342,6 +366,7 @@ contains
       type(fatigue_t), intent(inout) :: fatigue
       class(archive_t), intent(inout) :: archive
       call archive%serialise('cycles', fatigue%cycles)
+      call archive%serialise('cycles_error', fatigue%error)
       call archive%serialise('block', fatigue%block)
       call archive%serialise('done', fatigue%done)
       call archive%archive_reals('owed_cycles', size(fatigue%owed), fatigue%owed)

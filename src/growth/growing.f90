@@ -475,7 +475,7 @@ contains
       end associate
    end subroutine record_growth
 
-   !> Record K by the interaction with the fields of a tip that runs, beside that by J. Its error is what both differ by, and the domains among them.
+   !> Record K by the interaction with the fields of a tip that runs, beside that by J. Its error is what both differ by, and that of the latter.
    subroutine record_by_fields(tip, values, history)
       type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(in) :: values
@@ -484,7 +484,7 @@ contains
       n = merge(1, modes, tip%is_half())
       call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor by the fields of a tip that runs', &
                                 values%by_fields(:n), '_by_fields')
-      associate (error => abs(values%by_fields - values%intensity) + values%spread_of_k)
+      associate (error => abs(values%by_fields - values%intensity) + values%errors%intensity%now)
          call history%record_modes('K_', 'Pa m^0.5', 'estimated error of that', error(:n), '_by_fields_error')
       end associate
    end subroutine record_by_fields

@@ -13,15 +13,18 @@ module hampm_measurements
    use hampm_crack_measurements, only: measure_crack, record_crack
    use hampm_crack_placement, only: body_at, distance_in_material
    use hampm_crack_tip, only: crack_tip_t
-   use hampm_crack_values, only: crack_values_t, new_crack_values, keep_crack_values
+   use hampm_crack_values, only: crack_values_t, best_t, new_crack_values, keep_crack_values
    use hampm_cohesive_zone, only: zone_length, root_opening
    use hampm_cracks, only: cracks_t
+   use hampm_estimated_errors, only: recent_t, add_recent, waves_of, archive_recent
    use hampm_energy, only: linear_momentum, angular_momentum, n_turns, dissipation, largest_displacement
    use hampm_failure, only: failure_t
    use hampm_static_front_growth, only: record_points
+   use hampm_static_growth, only: has_held_drive
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
    use hampm_dynamic_front_growth, only: record_plane
-   use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, record_front, mean_rate
+   use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, &
+                                 record_front, mean_rate
    use hampm_history, only: history_t
    use hampm_joints, only: groups_of_bodies, velocity_fields_of
    use hampm_loads, only: load_t
@@ -39,7 +42,7 @@ module hampm_measurements
    private
    public :: measurements_t, new_measurements, renew_fronts, note_initial_energy, rebuild_extrapolation, measure, measure_tips, &
              has_measured_tips, take_row, declare_columns, energy_residual, archive_measurements, dcb_energy_release_rate, &
-             chi_foundation
+             chi_foundation, have_errors, part_of_rate, follow_rows
 
    real(dp), parameter :: chi_foundation = 2.0_dp/3.0_dp  !! chi of a beam on an elastic foundation, isotropic material
 
@@ -87,6 +90,8 @@ module hampm_measurements
       real(dp) :: lone_place(ndim) = 0           !! of it [m]
       integer, allocatable :: joined(:)          !! by body, bodies in touch without contact are one; where there
                                                  !! are probes
+      type(recent_t) :: of_contact(ndim)         !! forces of bodies that meet, at the last rows of a motion
+      real(dp) :: contact_scatter(ndim) = 0      !! by what these stray [N]
       integer(long) :: steps = -1                !! after which tips were measured last
       integer :: layout = -1                     !! of the blocks then
       type(history_t) :: history                 !! the columns and the latest row
@@ -112,7 +117,8 @@ contains
       do k = 1, size(m%crack)
          call new_crack_values(model%energy_release%chosen, model%energy_release%t_stress, cracks%tips(k), &
                                problem%materials(cracks%tips(k)%material_in(problem%materials)), &
-                               model%method%time /= 'static' .and. model%refine%looks_at_motion(), m%crack(k))
+                               model%method%time /= 'static', model%method%time /= 'static' .and. &
+                               model%refine%looks_at_motion(), m%crack(k))
       end do
       select case (model%energy_release%reference)
       case ('value')
@@ -307,12 +313,66 @@ contains
       m%layout = problem%blocks%layout
    end subroutine measure_tips
 
+   !> Whether errors are estimated of all that is measured at tips and along fronts.
+   pure logical function have_errors(m)
+      type(measurements_t), intent(in) :: m
+      have_errors = size(m%crack) + size(m%fronts) > 0 .and. all(m%crack%errors%are_known)
+   end function have_errors
+
+   !> By which part G may be off at the tip, or along the front, where that is most, of those with half of the largest G at least [-].
+   real(dp) function part_of_rate(problem, cracks, m) result(part)
+      type(problem_t), intent(in) :: problem
+      type(cracks_t), intent(in) :: cracks
+      type(measurements_t), intent(in) :: m
+      type(best_t) :: best
+      real(dp) :: rate(size(m%crack) + size(m%fronts)), error(size(rate))
+      integer :: k
+      rate = 0
+      error = 0
+      do k = 1, size(m%crack)
+         associate (tip => cracks%tips(k))
+            if (.not. tip%is_measured()) cycle
+            best = m%crack(k)%best(tip, problem%materials(tip%material_in(problem%materials))%isotropic)
+            rate(k) = best%rate
+            error(k) = best%error
+         end associate
+      end do
+      do k = 1, size(m%fronts)
+         if (m%fronts(k)%has_ended) cycle
+         rate(size(m%crack) + k) = mean_rate(m%fronts(k))
+         error(size(m%crack) + k) = m%fronts(k)%mean_error
+      end do
+      part = 0
+      if (any(rate > 0)) part = maxval(error/max(rate, tiny(rate)), mask=rate >= maxval(rate)/2)
+   end function part_of_rate
+
    !> Whether tips have been measured after the last step, with the cells as they are.
    pure logical function has_measured_tips(problem, m)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: m
       has_measured_tips = m%steps == problem%state%steps .and. m%layout == problem%blocks%layout
    end function has_measured_tips
+
+   !> Before a row of a motion: find by what values along fronts, and the forces of bodies that meet, stray in the last rows. Particles that change cells, and
+   !> waves that cells cannot carry, make them swing.
+   subroutine follow_rows(model, problem, m)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(in) :: problem
+      type(measurements_t), intent(inout) :: m
+      real(dp), parameter :: longer = 1.5_dp     ! forces swing with the length of nine cells
+      real(dp) :: waves                          ! [s]
+      integer :: k
+      if (model%method%time == 'static') return
+      do k = 1, size(m%fronts)
+         call find_scatter(problem, m%fronts(k))
+      end do
+      if (.not. model%contact%is_wanted()) return
+      waves = longer*waves_of(smallest_occupied_cell(problem%grid, problem%blocks), &
+                              minval([(problem%materials(k)%shear_wave_speed(), k=1, size(problem%materials))]))
+      do k = 1, ndim
+         call add_recent(m%of_contact(k), problem%state%time, problem%body_contact%force(k), waves, m%contact_scatter(k))
+      end do
+   end subroutine follow_rows
 
    !> Record a row of the last measurements: this is the list of all columns.
    subroutine take_row(model, problem, cracks, growing, dt, m)
@@ -353,14 +413,31 @@ contains
             call history%record('contact_loss', 'J', 'energy that bodies have lost by meeting', problem%body_contact%loss)
             call history%record_vector('contact_force', 'N', 'force of the first body, or part, on all others', &
                                        problem%body_contact%force)
+            if (model%method%time /= 'static') then
+               do k = 1, ndim
+                  call history%record('contact_force_'//'xyz'(k:k)//'_error', 'N', 'estimated error of single samples of that', &
+                                      m%contact_scatter(k))
+               end do
+            end if
          end if
          if (growing%are_there()) then
             if (growing%is_static) call history%record('load_factor', '1', &
                                                        'by which loads, motions and eigenstrains are multiplied unless held', &
                                                        growing%load_factor)
             if (growing%have_onsets) call record_onset(growing, history)
-            if (growing%is_cyclic) call history%record('cycles', '1', 'load cycles so far', growing%fatigue%cycles)
+            if (growing%is_cyclic) then
+               call history%record('cycles', '1', 'load cycles so far', growing%fatigue%cycles)
+               if (have_errors(m)) call history%record('cycles_error', '1', 'estimated error of cycles', growing%fatigue%error)
+            end if
             if (model%control%is_there()) call record_frame(growing, model%control%stiffness, history)
+            if (growing%is_static .and. .not. growing%is_cyclic .and. have_errors(m) .and. .not. has_held_drive(problem)) then
+               associate (off => part_of_rate(problem, cracks, m)/merge(2, 1, all(problem%materials%linear)))
+                  call history%record('load_factor_error', '1', 'estimated error of load_factor, where growth sets it', &
+                                      off*abs(growing%load_factor))
+                  if (model%control%is_there()) call history%record('load_error', 'N', 'estimated error of load', &
+                                                                    off*abs(growing%load))
+               end associate
+            end if
             call history%record('fracture_energy', 'J', 'energy dissipated by growth: static, the integral of G over the new '// &
                                 'area; dynamic, the work of nodal release; half of it on a symmetry plane', &
                                 problem%energies%fracture_energy)
@@ -485,6 +562,10 @@ contains
          call keep_crack_values(m%crack(k), archive)
       end do
       if (allocated(problem%grid%planes)) call archive_front_values(m%fronts, archive)
+      call archive%section('contact_forces')
+      do k = 1, ndim
+         call archive_recent(m%of_contact(k), 'force_'//to_text(k), archive)
+      end do
       call archive%section('extrapolation')
       call archive_solver(m%extrapolation, 'extrapolation', problem%grid, is_weighed(problem), problem%fields%mass_matrix, &
                           archive)

@@ -23,7 +23,7 @@ module hampm_growth
    use hampm_growth_room, only: is_plane_open, find_loose_tips
    use hampm_growth_pace, only: pace_t, begin_pace, follow_pace
    use hampm_interface_points, only: have_friction, commit_slip, is_half
-   use hampm_measurements, only: measurements_t, measure_tips, has_measured_tips
+   use hampm_measurements, only: measurements_t, measure_tips, has_measured_tips, part_of_rate
    use hampm_mesh_changes, only: cut_anew, change_cut
    use hampm_nucleation, only: find_onset, let_appear, book_onset
    use hampm_problem, only: problem_t, stored_energy, update_particles, refresh_grid
@@ -382,6 +382,7 @@ contains
       type(symmetric_turns_t) :: turns
       real(dp), allocatable :: ways(:), now(:, :, :)
       real(dp) :: before                         ! cycles
+      real(dp) :: off                            ! part of K by which it may be [-]
       logical :: have_arrested
       before = s%growing%fatigue%cycles
       call turn_to_symmetry(s, turns, failure)
@@ -390,10 +391,11 @@ contains
       now = s%growing%fatigue%at
       call look_at_cycles(s, now, failure)
       if (failure%failed()) return
+      off = part_of_rate(s%problem, s%cracks, s%measurements)/2
       if (has_fronts(s)) then
          call follow_points()
       else
-         call count_cycles(s%growing%fatigue, s%model, ways, now, have_arrested)
+         call count_cycles(s%growing%fatigue, s%model, ways, now, off, have_arrested)
       end if
       s%is_over = have_arrested .or. s%growing%fatigue%life >= 0
       if (s%growing%fatigue%life >= 0) then
@@ -427,7 +429,7 @@ contains
          do l = 1, size(now, 2)
             there(:, l, :) = at_points(s%growing, s%measurements%fronts, now(:, l, :))
          end do
-         call count_cycles(s%growing%fatigue, s%model, ways, there, have_arrested)
+         call count_cycles(s%growing%fatigue, s%model, ways, there, off, have_arrested)
          s%growing%fatigue%at = now
          call even_out_points(s%growing, s%measurements%fronts, s%growing%fatigue%owed)
          call even_out_points(s%growing, s%measurements%fronts, s%growing%fatigue%zone)

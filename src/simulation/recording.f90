@@ -11,7 +11,8 @@ module hampm_recording
    use hampm_growing, only: note_branching
    use hampm_dynamic_growth, only: book_rate
    use hampm_run_time_checks, only: check_state, check_tip, check_faces, check_modes, check_normals, check_rest
-   use hampm_measurements, only: take_row, declare_columns, energy_residual, measure_tips, has_measured_tips
+   use hampm_measurements, only: take_row, declare_columns, energy_residual, measure_tips, has_measured_tips, have_errors, &
+                                  follow_rows
    use hampm_nodal_fields, only: nodal_fields_t
    use hampm_particles, only: particles_t
    use hampm_problem, only: update_particles
@@ -136,6 +137,7 @@ contains
       call note_branching(s%growing, s%model, s%problem%materials, s%cracks, s%measurements%crack, s%problem%state%time, &
                           s%warning)
       if (s%problem%interfaces%n_cohesive > 0) call check_zones(s%cracks, s%problem%interfaces, s%warning)
+      call follow_rows(s%model, s%problem, s%measurements)
       call take_row(s%model, s%problem, s%cracks, s%growing, s%dt, s%measurements)
       call s%results%append(s%measurements%history%row, failure)
       s%samples = next_multiple(s, s%samples, s%model%output%history_interval)
@@ -281,7 +283,10 @@ contains
       integer :: k
       if (.not. s%growing%are_there()) return
       if (s%growing%separated >= 0) call s%results%add_attribute('/history', 'separated', s%growing%separated, failure)
-      if (s%growing%fatigue%life >= 0) call s%results%add_attribute('/history', 'life', s%growing%fatigue%life, failure)
+      if (s%growing%fatigue%life >= 0) then
+         call s%results%add_attribute('/history', 'life', s%growing%fatigue%life, failure)
+         if (have_errors(s%measurements)) call s%results%add_attribute('/history', 'life_error', s%growing%fatigue%error, failure)
+      end if
       do k = 1, merge(size(s%model%planes), 0, allocated(s%growing%planes))
          associate (plane => s%growing%planes(k))
             column = '/history/front_speed'
