@@ -16,15 +16,15 @@ module hampm_crack_lines
       real(dp), allocatable :: points(:, :)      !! [m], (ndim, 2 or more)
       real(dp), allocatable :: origin(:, :)      !! the same in the reference configuration, where the material carries the line [m]
       logical :: is_tip(2) = .false.             !! whether its first and its last point end inside the material
-      logical :: is_through(2) = .false.         !! whether it ends there at a surface or another crack, to which a tip runs or has run: cells
+      logical :: is_through(2) = .false.         !! whether it ends there at a surface or another crack, reached by a tip: cells
                                                  !! are cut to the end of the line
-      real(dp) :: beyond(2) = 0                  !! how far ends that are no tips reach beyond their points, where no material is [m]
+      real(dp) :: beyond(2) = 0                  !! length beyond ends that are no tips, without material [m]
       logical :: contact = .false.               !! whether its sides press on each other
       real(dp) :: friction = 0                   !! coefficient [-]
-      real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point the tips are that grow in motion: cells
-                                                 !! are cut ahead of them, and cohesive points hold these; ways are those in the
+      real(dp) :: bonded(2) = 0                  !! distance of moving tips behind the first and last point: cells
+                                                 !! are cut ahead of them, and bonded points hold these; distances are in the
                                                  !! reference configuration [m]
-      real(dp) :: grown(2) = 0                   !! how far each of these tips has moved so far [m]
+      real(dp) :: grown(2) = 0                   !! advance of each of these tips so far [m]
       integer :: cohesion = 0                    !! number of the law by which its faces hold each other, 0 for none
       real(dp) :: held(2) = 0                    !! ways from its first point from and to which they do [m]
       integer :: face = both_faces               !! which faces have material: one on a symmetry plane
@@ -39,7 +39,7 @@ module hampm_crack_lines
 
 contains
 
-   !> The points of the line [m], and below them those whose distances are its ways, where these are others: in the reference configuration.
+   !> The points of the line [m], and below them the points of the reference configuration that define its arc length, if different.
    pure function with_ways(self) result(points)
       class(line_t), intent(in) :: self
       real(dp), allocatable :: points(:, :)
@@ -52,7 +52,7 @@ contains
       end if
    end function with_ways
 
-   !> The line up to its tips, without what is bonded ahead of them [m].
+   !> The line up to its tips, without the bonded part ahead of them [m].
    pure function open_part(self) result(points)
       class(line_t), intent(in) :: self
       real(dp), allocatable :: points(:, :)
@@ -60,8 +60,8 @@ contains
       points = points(:ndim, :)
    end function open_part
 
-   !> The line from where a tip was at first to the end of the line that is nearest to it, in the direction in which the tip moves [m]; or from a
-   !> way of that tip on.
+   !> The line from the start of a tip, or a distance from it on, to the end of the line that is nearest to the tip, in its
+   !> direction of motion [m].
    pure function new_part(self, end, from) result(points)
       class(line_t), intent(in) :: self
       integer, intent(in) :: end                 !! 1 its first, 2 its last point
@@ -83,7 +83,7 @@ contains
       points = shortened(shortened(self%points, length_of(self%points) - self%held(2)), self%held(1), from_first=.true.)
    end function held_part
 
-   !> The line up to its tips, without what cohesion holds or has held [m].
+   !> The line up to its tips, without the part that cohesion holds or has held [m].
    pure function free_part(self) result(points)
       class(line_t), intent(in) :: self
       real(dp), allocatable :: points(:, :)

@@ -1,5 +1,5 @@
-!> Parts of the edges of bodies, on which loads act. In solids parts of surfaces: rectangles of a lattice on flat sides, parts of half of its
-!> spacing on cylinders, and on spheres those of a lattice of angles on the sides of the cube around it, which is the same along all axes.
+!> Parts of the edges of bodies, for loads. In solids parts of surfaces: rectangles of a lattice on flat sides, parts of half of its
+!> spacing on cylinders, and on spheres parts of a lattice of angles on the sides of the surrounding cube, equal along all axes.
 module hampm_edge_parts
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -12,11 +12,11 @@ module hampm_edge_parts
    !> A straight part of an edge, or a short one of an arc.
    type :: edge_part_t
       real(dp) :: middle(ndim) = 0               !! [m]
-      real(dp) :: half(ndim) = 0                 !! from there to its end, along it; of a rectangle to its corner, 0 of parts of other surfaces [m]
+      real(dp) :: half(ndim) = 0                 !! from there to its end; of a rectangle to its corner, else 0 [m]
       real(dp) :: normal(ndim) = 0               !! unit vector out of the material
       real(dp) :: area = 0                       !! of a part of the surface of a solid [m2]
       integer :: ring = 0                        !! of the outline, of which it is
-      integer :: side = 0                        !! of the polygon that the ring is, from its corner of this number as they are written to the next; 0: none
+      integer :: side = 0                        !! of the polygon, from its corner of this number as written to the next; 0: none
    end type edge_part_t
 
 contains
@@ -76,8 +76,8 @@ contains
       end do
    end function parts_of_mantle
 
-   !> The parts of a sphere, with normals away from its middle. A rectangle from the middle of a side of the cube around it to a, b, in halves of that
-   !> side, is seen from the middle of the cube at the solid angle atan(a b/sqrt(1 + a**2 + b**2)).
+   !> The parts of a sphere, with outward normals. A rectangle from the middle of a side of the surrounding cube to a, b, in halves
+   !> of that side, has the solid angle atan(a b/sqrt(1 + a**2 + b**2)) from the middle of the cube.
    pure function parts_of_sphere(center, radius, spacing) result(parts)
       real(dp), intent(in) :: center(ndim), radius, spacing !! [m]
       type(edge_part_t), allocatable :: parts(:)

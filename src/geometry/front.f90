@@ -1,8 +1,8 @@
 !> Cracks in a plane of the grid, and their fronts: geometry alone, of solids only.
 !>
 !> The cracked region is a polygon in the plane, counterclockwise as seen against the normal; curves are chords far shorter than
-!> cells, with the area of the curve. A front is a part of its edge that is inside the material: from side to side, also those of holes and
-!> cavities, or closed.
+!> cells, with the area of the curve. A front is a part of its edge inside the material: from side to side (also of holes and
+!> cavities), or closed.
 !>
 !>    find_fronts(region, fronts)                  the fronts inside material
 !>    region%distance(x)                           from the edge of the region in the plane, below 0 where it is cracked
@@ -19,11 +19,11 @@ module hampm_front
    public :: grid_plane_t, region_t, front_t, crack_shape_t, region_of, find_fronts, plane_axes, room_of, chords
 
    real(dp), parameter :: pi = acos(-1.0_dp)
-   real(dp), parameter :: rounding = 1e-9_dp     !! of the box, within which an edge is that of the box
+   real(dp), parameter :: rounding = 1e-9_dp     !! of the box, within which an edge lies on its edge
    real(dp), parameter :: smooth = 0.94_dp       !! cosine of a turn of a polygon beyond which it is a corner: 20 degrees
    integer, parameter :: chords = 8              !! of a curve between two nodes of a front
 
-   !> What the model says of where a crack is.
+   !> Shape of a crack in the model.
    type :: crack_shape_t
       character(name_len) :: front = ''          !! 'straight', 'disc', 'ellipse' or 'polygon'
       integer :: axis = ndim                     !! of the normal of the plane
@@ -131,7 +131,7 @@ contains
       end associate
       allocate (region%may_be_front(size(region%outline, 2)), source=.true.)
       allocate (region%is_corner(size(region%outline, 2)), source=all(shape%front /= ['disc   ', 'ellipse']))
-      if (shape%front == 'polygon') then         ! small turns are those of a curve
+      if (shape%front == 'polygon') then         ! small turns belong to a curve
          do k = 1, n
             associate (a => region%outline(:, k) - region%outline(:, modulo(k - 2, n) + 1), &
                        b => region%outline(:, modulo(k, n) + 1) - region%outline(:, k))
@@ -146,7 +146,7 @@ contains
    pure subroutine find_fronts(whole, fronts)
       type(region_t), intent(in) :: whole
       type(front_t), allocatable, intent(out) :: fronts(:)
-      type(region_t) :: region                   ! the same with a corner wherever its outline comes to a side of a body
+      type(region_t) :: region                   ! the same with a corner wherever its outline meets a side of a body
       real(dp), allocatable, dimension(:) :: from, to ! of each edge of the outline, parts of it, where it is inside
       logical, allocatable :: begins(:), ends(:)
       real(dp) :: low(2), high(2), margin
@@ -194,7 +194,7 @@ contains
       end do
    end subroutine find_fronts
 
-   !> Add a corner, which is no kink, wherever the outline of a region comes to a side of a body.
+   !> Add a corner, not a kink, wherever the outline of a region meets a side of a body.
    pure subroutine part_edges(region, shortest)
       type(region_t), intent(inout) :: region
       real(dp), intent(in) :: shortest           !! part of an edge that there is [m]
@@ -319,7 +319,7 @@ contains
          normal = outward_normal(region%outline, edge(k))
       end function normal_of
 
-      !> The same at a corner of the outline, as seen from an edge: that of the curve, where it has one.
+      !> The same at a corner of the outline, for an edge: of the curve, if it has one.
       pure function normal_at(corner, k) result(normal)
          integer, intent(in) :: corner, k
          real(dp) :: normal(2)
@@ -329,8 +329,8 @@ contains
       end function normal_at
    end subroutine place_nodes
 
-   !> How far normals of a front run in a box of material, ahead and behind, up to where they meet each other or another front [m]. Sides to which they are
-   !> slanted are those at which a front ends, and no limit.
+   !> Distance of a front along its normals, ahead and behind, to the sides of a box of material or where they meet each other or
+   !> another front [m]. Sides at a slant to the normals are those at which a front ends, and no limit.
    pure real(dp) function room_of(fronts, number, lower, upper) result(room)
       type(front_t), intent(in) :: fronts(:)
       integer, intent(in) :: number
@@ -405,7 +405,7 @@ contains
       holds = is_in_polygon(self%in_plane(x), self%outline)
    end function holds
 
-   !> The region without a margin along what may be a front of it.
+   !> The region without a margin along its possible fronts.
    pure function shrunk(self, by) result(region)
       class(region_t), intent(in) :: self
       real(dp), intent(in) :: by                 !! its width [m]
@@ -451,7 +451,7 @@ contains
       end do
    end function is_narrow
 
-   !> The part of a rectangle in the plane that is not cracked: its area and middle, that of the rectangle where there is none.
+   !> The uncracked part of a rectangle in the plane: its area and middle (the rectangle's if there is none).
    pure subroutine uncracked(self, low, high, area, middle)
       class(region_t), intent(in) :: self
       real(dp), intent(in) :: low(2), high(2)    !! [m]

@@ -1,8 +1,8 @@
 !> Fronts of cracks in planes that advance: geometry alone, of solids only.
 !>
-!> Corners of the outline move along their normals, those beyond the ends of fronts by the ways at these: fronts slide along sides. An
-!> outline stands for a curve with the same area, before and after a move, and when it is divided anew. Kinks become arcs where the crack is
-!> convex and stay kinks where it is not, where corners that come together are one. Nothing heals, as ways are not below 0.
+!> Corners of the outline move along their normals, those beyond the ends of fronts with these ends: fronts slide along sides. An
+!> outline represents a curve of the same area, before and after a move and after division. Kinks become arcs where the crack is
+!> convex and stay kinks elsewhere, where corners that meet are merged. Nothing heals: advances are not negative.
 module hampm_moving_front
    use hampm_kinds, only: dp, ndim
    use hampm_front, only: region_t, front_t, find_fronts, chords
@@ -22,7 +22,7 @@ module hampm_moving_front
    type :: moving_t
       real(dp), allocatable :: at(:, :)          !! [m]
       real(dp), allocatable :: way(:)            !! [m]
-      logical, allocatable :: may_be_front(:), is_corner(:) !! as those of a region
+      logical, allocatable :: may_be_front(:), is_corner(:) !! as in a region
       integer :: n = 0                           !! how many there are, while some are added
    end type moving_t
 
@@ -173,7 +173,7 @@ contains
 
    contains
 
-      !> The part of an edge that is to be divided: the whole, or of one that goes far away what is in the box, and a little more.
+      !> The part of an edge to be divided: the whole, or of one that goes far away its part in the box, and a little more.
       pure subroutine find_part(of, k, length, from, to)
          type(moving_t), intent(in) :: of
          integer, intent(in) :: k
@@ -250,7 +250,7 @@ contains
       end associate
    end function curvatures
 
-   !> How far corners are outside of the curve that has the same area [m].
+   !> Distance of corners outside of the curve of the same area [m].
    pure function bulge(of, chord)
       type(moving_t), intent(in) :: of
       real(dp), intent(in) :: chord              !! [m]
@@ -305,7 +305,7 @@ contains
 
    contains
 
-      !> Radius of the corners of a polygon over that of the circle with the same area.
+      !> Radius of the corners of a polygon over the radius of the circle of the same area.
       pure real(dp) function of_area(angle)
          real(dp), intent(in) :: angle           !! of each edge [rad]
          of_area = 1
@@ -345,8 +345,8 @@ contains
       new%is_corner = pack(new%is_corner, stays)
    end subroutine join
 
-   !> Cut off the loops of an outline where parts of it have met. A loop that runs as a hole does encloses what is not cracked, which no
-   !> outline can tell.
+   !> Cut off the loops of an outline whose parts have met. A loop in the sense of a hole encloses uncracked material, which an
+   !> outline cannot represent.
    pure subroutine cut_loops(new, encloses)
       type(moving_t), intent(inout) :: new
       logical, intent(out) :: encloses

@@ -1,8 +1,8 @@
 !> Outlines of bodies: polygons and circles, and holes of these in them.
 !>
-!> A box cuts an outline into a piece whose area and first moments are found without approximation: of a polygon by clipping it with the
-!> box (Sutherland & Hodgman 1974) and Green's theorem, of a circle by integrating between its arcs and the sides of the box in closed form.
-!> Holes, which lie inside the outer ring and apart from each other, are subtracted.
+!> The part of an outline in a box has exact area and first moments: of a polygon by clipping with the box (Sutherland & Hodgman
+!> 1974) and Green's theorem, of a circle by integration between its arcs and the sides of the box in closed form. Holes, inside the
+!> outer ring and apart from each other, are subtracted.
 !>
 !> In solids rings are boxes, cylinders along an axis and spheres. Holes may go through the box around the outer ring.
 module hampm_outline
@@ -17,7 +17,7 @@ module hampm_outline
 
    real(dp), parameter :: pi = acos(-1.0_dp)
 
-   !> Part of a box below which what a body has of it is nothing.
+   !> Part of a box below which the part of a body in it counts as 0.
    real(dp), parameter :: least_part = 1e-12_dp
 
    !> A closed line without crossings.
@@ -128,7 +128,7 @@ contains
       end if
    end function beyond
 
-   !> Area inside a ring, of a polygon with a sign: above 0 where its points go around anticlockwise [m2]; in solids the volume [m3].
+   !> Area inside a ring, of a polygon above 0 where its points go anticlockwise, else below [m2]; in solids the volume [m3].
    pure real(dp) function area_of_ring(self) result(area)
       class(ring_t), intent(in) :: self
       if (ndim > 2 .and. self%axis > 0) then
@@ -168,7 +168,7 @@ contains
       end if
    end function upper_of_ring
 
-   !> Whether a point is inside a ring. On it, either may be told.
+   !> Whether a point is inside a ring. On it, the answer may be either.
    pure logical function encloses(self, x)
       class(ring_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -196,7 +196,7 @@ contains
       end if
    end function distance_to_ring
 
-   !> How far it is from a point to a ring in some direction, in lengths of the vector that gives it: huge where the ring is not met.
+   !> Distance of a point from a ring in a direction, in lengths of its vector: huge if the ring is not met.
    pure real(dp) function way_to_ring(self, x, direction) result(way)
       class(ring_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -221,13 +221,13 @@ contains
       end do
    end function way_to_ring
 
-   !> The same in space: a ring is what slabs and a circle or a ball have in common, each of which is met twice.
+   !> The same in space: a ring is the intersection of slabs and a circle or a ball, each of which is met twice.
    pure real(dp) function way_in_space(self, x, direction) result(way)
       class(ring_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim), direction(ndim)
       real(dp), dimension(ndim) :: lower, upper, to, ahead
       real(dp) :: first, last, root
-      logical :: is_round(ndim)                  ! which components of a place are those of the circle or the ball
+      logical :: is_round(ndim)                  ! components of a place along the circle or the ball
       integer :: d
       is_round = self%is_circle
       if (self%axis > 0) is_round(self%axis) = .false.
@@ -257,7 +257,7 @@ contains
       if (last >= 0 .and. last > first) way = merge(first, last, first >= 0)
    end function way_in_space
 
-   !> What a plane across an axis of the grid cuts out of a ring in space: a convex polygon, counterclockwise as seen against the axis, of a circle one of its area.
+   !> Section of a ring in space across an axis: convex, counterclockwise against the axis, of a circle a polygon of its area.
    pure function section_of_ring(self, axis, plane) result(points)
       class(ring_t), intent(in) :: self
       integer, intent(in) :: axis
@@ -290,7 +290,7 @@ contains
       end associate
    end function section_of_ring
 
-   !> Unit vector out of what a ring in space encloses, at the place of it that is nearest.
+   !> Outward unit vector of a ring in space, at its nearest place.
    pure function normal_of_ring(self, x) result(normal)
       class(ring_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -337,7 +337,7 @@ contains
       if (self%area() < 0) m = -m
    end function moments_of_ring
 
-   !> Corners of a ring, as one walks around it anticlockwise; of a circle so many of a polygon in it; in solids places all over the surface [m].
+   !> Corners of a ring, anticlockwise; of a circle so many of a polygon in it; in solids places all over the surface [m].
    pure function corners_of_ring(self, of_circle) result(points)
       class(ring_t), intent(in) :: self
       integer, intent(in) :: of_circle
@@ -376,7 +376,7 @@ contains
       end do
    end function area
 
-   !> Whether a point is inside an outline. On its edge, either may be told.
+   !> Whether a point is inside an outline. On its edge, the answer may be either.
    pure logical function covers(self, x)
       class(outline_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -387,7 +387,7 @@ contains
       end do
    end function covers
 
-   !> Whether a point is inside an outline, or on its edge. On the outer edge a hole that goes on beyond it is one all the same.
+   !> Whether a point is inside an outline, or on its edge. A hole that extends beyond the outer edge is one there too.
    pure logical function covers_within(self, x, tolerance) result(covers)
       class(outline_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -407,7 +407,7 @@ contains
       distance = minval([(self%rings(k)%distance(x), k=1, size(self%rings))])
    end function distance
 
-   !> How far it is from a point to the nearest edge in some direction, in lengths of the vector that gives it: huge where there is none.
+   !> Distance of a point from the nearest edge in a direction, in lengths of its vector: huge if there is none.
    pure real(dp) function way_out(self, x, direction)
       class(outline_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -434,7 +434,7 @@ contains
       end if
       from = lower
       to = upper
-      if (ndim > 2) then                         ! holes may go on outside
+      if (ndim > 2) then                         ! holes may extend outside
          from = max(from, self%rings(1)%lower())
          to = min(to, self%rings(1)%upper())
          if (any(to <= from)) return
@@ -446,8 +446,8 @@ contains
       if (ndim > 2) m(1:) = m(1:) + m(0)*(from - lower)
    end function moments
 
-   !> The parts of the edges of an outline whose middle is in a box, each within one cell of a lattice: what a traction acts on. All, or those of the sides of
-   !> a number.
+   !> The parts of the edges of an outline with their middle in a box, each within one cell of a lattice, for tractions. All, or
+   !> parts of the sides of a number.
    pure function parts_in_box(self, lower, upper, tolerance, origin, spacing, side) result(parts)
       class(outline_t), intent(in) :: self
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
@@ -473,8 +473,8 @@ contains
       if (side > 0) parts = pack(parts, parts%side == side)
    end function parts_in_box
 
-   !> Add the sides of a polygon, parted where they cross the lines of a lattice and the box. The tolerance is for sides along those of the box: one
-   !> that leaves it at a small angle would stay within the tolerance for a way, and a traction on its neighbour would act there too.
+   !> Add the sides of a polygon, divided where they cross the lines of a lattice and the box. The tolerance is for sides along the
+   !> box: one that leaves it at a small angle would be within the tolerance for some length, and its traction would act there too.
    pure subroutine add_sides(ring, is_hole, lower, upper, tolerance, origin, spacing, parts)
       type(ring_t), intent(in) :: ring
       logical, intent(in) :: is_hole
@@ -566,7 +566,7 @@ contains
       end do
    end function parts_of_surface
 
-   !> Those of them in a box that are next to material of a body, with what of rectangles is, which is found in a thin slab beside them.
+   !> The parts in a box next to material of a body (of rectangles the fraction next to it), found in a thin slab beside them.
    pure function parts_with_material(body, all_parts, is_hole, lower, upper, spacing) result(parts)
       class(outline_t), intent(in) :: body
       type(edge_part_t), intent(in) :: all_parts(:)

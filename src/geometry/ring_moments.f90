@@ -49,7 +49,7 @@ contains
       end do
    end function moments_of_circle
 
-   !> Volume of what a box has of a box, and its first moments around the lower corner of the first.
+   !> Volume of the intersection of two boxes, and its first moments around the lower corner of the first.
    pure function moments_of_box(lower, upper, from, to) result(m)
       real(dp), intent(in) :: lower(ndim), upper(ndim), from(ndim), to(ndim)
       real(dp) :: m(0:ndim)
@@ -79,8 +79,8 @@ contains
       m(axis) = m(0)*((from + to)/2 - lower(axis))
    end function moments_of_cylinder
 
-   !> The same of a sphere around the origin: between the heights where sides and edges of the box leave it, its slices are as smooth as powers of 3/2 of
-   !> the distance from these, which a parabola of the way makes smooth.
+   !> The same of a sphere around the origin: between the heights at which sides and edges of the box leave it, its slices are as
+   !> smooth as powers 3/2 of the distance, which a parabolic substitution makes smooth.
    pure function moments_of_sphere(lower, upper, r) result(m)
       real(dp), intent(in) :: lower(ndim), upper(ndim), r
       real(dp) :: m(0:ndim)
@@ -113,8 +113,8 @@ contains
       m(1:) = (b(1) - a(1))/6*in_plane(a(1)*(2*a(2) + b(2)) + b(1)*(a(2) + 2*b(2)), a(2)**2 + a(2)*b(2) + b(2)**2)
    end function below_chord
 
-   !> Area between a chord of a circle around the origin and the arc on its left, no more than half of the circle, and its first moments
-   !> around another place: r^2 (angle - sin(angle))/2, and around the middle of the circle (chord)^3/12.
+   !> Area between a chord of a circle around the origin and the arc on its left, no more than half of the circle, and its first
+   !> moments around another place: r^2 (angle - sin(angle))/2, and around the middle of the circle (chord)^3/12.
    pure function segment(a, b, r, place) result(m)
       real(dp), intent(in) :: a(ndim), b(ndim), r, place(ndim)
       real(dp) :: m(0:ndim)

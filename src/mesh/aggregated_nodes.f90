@@ -1,16 +1,15 @@
-!> Nodes of cells that are nearly empty, as the edge of a body cuts them.
+!> Aggregated nodes: nodes of cells that the edge of a body leaves nearly empty (docs/explanation/shapes.md).
 !>
-!> A node of which only the corner of a cell has material would have next to no mass: explicit steps would have to be as short as one likes, and the
-!> stiffness would be as badly conditioned. So a node that belongs to no cell filled by a part `least_fill` at least has no degrees of
-!> freedom of its own: it hangs on the nodes of a cell that is full enough, next to one that it belongs to, and moves as the shape functions of
-!> that cell are continued to it. Where no cell beside a nearly empty one is full enough, as at a sharp corner, it takes the root cell of one beside it.
-!> Of cells that are as full, or root cells that are as near, it takes that towards which the material is, not the first one: a mirror image has the same.
-!> Displacements stay continuous, and linear ones exact.
+!> A node with next to no mass would need arbitrarily short explicit steps and a badly conditioned stiffness. A node that belongs to
+!> no cell filled by a part `least_fill` at least has no degrees of freedom: it hangs on the nodes of a fuller cell beside one of
+!> its own, by the extrapolated shape functions of that cell, or else on the root cell of a neighbour, as at a sharp corner. Of
+!> equally full or near cells it takes the one towards the material: mirror images agree. Displacements stay continuous, linear ones
+!> exact.
 !>
-!> Cells beside cells of another size, and those that a crack cuts or that are next to such, keep their nodes.
+!> Cells beside cells of another size, and cut cells and their neighbours, keep their nodes.
 !>
-!> Source: Badia, Verdugo & Martin, The aggregated unfitted finite element method for elliptic problems, Computer Methods in Applied Mechanics
-!> and Engineering 336 (2018) 533-553.
+!> Source: Badia, Verdugo & Martin, The aggregated unfitted finite element method for elliptic problems, Computer Methods in Applied
+!> Mechanics and Engineering 336 (2018) 533-553.
 module hampm_aggregated_nodes
    use hampm_kinds, only: dp, ndim, corners, neighbours, long
    use hampm_tensors, only: norm
@@ -120,7 +119,7 @@ contains
       end do
    end subroutine find_aggregated_nodes
 
-   !> Part of a leaf that is filled, and the centre of what is in it.
+   !> Filled part of a leaf, and the centre of its material.
    pure subroutine find_root_cell(forest, bodies, leaf, fill, centre)
       type(forest_t), intent(in) :: forest
       type(outline_t), intent(in) :: bodies(:)
@@ -163,7 +162,7 @@ contains
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
       real(dp), intent(in) :: fill(:)
-      real(dp), intent(in) :: centre(ndim)       !! of what is in it [m]
+      real(dp), intent(in) :: centre(ndim)       !! of its material [m]
       integer, intent(in) :: leaf
       integer :: next, side
       root_cell = 0
@@ -185,7 +184,7 @@ contains
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
       integer, intent(in) :: root_cells(:)
-      real(dp), intent(in) :: centre(ndim)       !! of what is in it [m]
+      real(dp), intent(in) :: centre(ndim)       !! of its material [m]
       integer, intent(in) :: leaf
       integer :: next, side
       root_cell = 0
@@ -204,7 +203,7 @@ contains
       end do
    end function root_cell_of_next
 
-   !> Whether one of two comes first: by the first pair of numbers, or by the second where these are the same but for rounding.
+   !> Whether one of two comes first: by the first pair of numbers, or by the second if these are equal up to rounding.
    pure logical function is_first(one, other, one_else, other_else)
       real(dp), intent(in) :: one, other         !! the smaller one is first
       real(dp), intent(in) :: one_else, other_else
@@ -213,8 +212,8 @@ contains
       if (abs(one - other) <= same*abs(other)) is_first = one_else < other_else - same*abs(other_else)
    end function is_first
 
-   !> Distance of the middle of a leaf from a place [m], in solids a little longer in y and in z than along x: so of two that are as near in two
-   !> directions a mirror image takes the same one.
+   !> Distance of the middle of a leaf from a place [m], in solids a little longer in y and in z than along x: of two equally near
+   !> in two directions a mirror image takes the same one.
    pure real(dp) function distance_to(forest, leaf, x) result(distance)
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
@@ -231,18 +230,18 @@ contains
       if (other > 0 .and. cut_cells%are_there()) is_across = cut_cells%divide(forest%middle_of(leaf), forest%middle_of(other))
    end function is_across
 
-   !> The leaf that is, counted in leaves of the same size, so many away; `outside` where there is none.
+   !> The leaf so many leaves of this size away; `outside` if there is none.
    pure integer function neighbour(forest, leaf, steps) result(next)
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf, steps(ndim)
       next = forest%leaf_at(forest%middle_of(leaf) + steps*forest%size_of(leaf))
    end function neighbour
 
-   !> Note a corner of a nearly empty leaf, if all leaves around it are nearly empty or empty, with the nearest of the root cells of these.
+   !> Record a corner of a nearly empty leaf, if all leaves around it are (nearly) empty, with the nearest of their root cells.
    pure subroutine add_corner(forest, fill, centre, root_cells, place, leaf, aggregated)
       type(forest_t), intent(in) :: forest
       real(dp), intent(in) :: fill(:)
-      real(dp), intent(in) :: centre(:, :)       !! of what is in each leaf [m]
+      real(dp), intent(in) :: centre(:, :)       !! of the material in each leaf [m]
       integer, intent(in) :: root_cells(:)
       integer(long), intent(in) :: place(ndim)   !! of the corner
       integer, intent(in) :: leaf

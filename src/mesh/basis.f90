@@ -4,8 +4,8 @@
 !> In one direction the function of the lower corner is 1 - xi and that of the upper corner xi, with the local
 !> coordinate xi = (x - lower) / size in [0, 1]; the functions of a corner multiply over the directions.
 !>
-!> A quadratic cell has nine nodes, at 0, 1/2 and 1 in each direction, those along x one after the other. In one direction their functions
-!> are the Lagrange polynomials of these places.
+!> A quadratic cell has nine nodes, at 0, 1/2 and 1 in each direction, numbered along x first. In one direction their functions are
+!> the Lagrange polynomials of these places.
 module hampm_basis
    use hampm_kinds, only: dp, ndim, corners
    implicit none

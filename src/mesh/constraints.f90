@@ -2,7 +2,7 @@
 !> fitted to each new grid. One grid may have several sets of them: extrapolations are solved without the constraints of the motion.
 !> Of those that only push (`hampm_supports`) a component is fixed while the material presses on it.
 !>
-!> A box that turns freely is a pin, or a roller where it fixes one component: its nodes move as a rigid body about the middle of the box, node i with
+!> A box that turns freely is a pin, or a roller if it fixes one component: its nodes, i, move as a rigid body about its middle:
 !>
 !>    u_i = U(t) + theta t_i,     t_i = e_z x (x_i - middle)/largest,     in the components that are fixed,
 !>
@@ -20,7 +20,7 @@ module hampm_constraints
 
    !> How held nodes are moved.
    type :: given_motion_t
-      real(dp) :: displacement(ndim) = 0         !! by which where the factor is 1 [m]
+      real(dp) :: displacement(ndim) = 0         !! displacement at the factor 1 [m]
       real(dp) :: velocity(ndim) = 0             !! and with which [m/s]
       type(time_history_t) :: history            !! of that factor
       logical :: unilateral = .false.            !! whether nothing keeps the material from leaving them
@@ -30,7 +30,7 @@ module hampm_constraints
    !> A box in which nodes are fixed.
    type :: box_t
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! its corners [m]
-      real(dp) :: reach(ndim, 2) = 0             !! those of the box in which it holds nodes [m]
+      real(dp) :: reach(ndim, 2) = 0             !! corners of the box in which it holds nodes [m]
       logical :: components(ndim) = .false.      !! which components it fixes
       type(given_motion_t) :: motion             !! how it moves them
    end type box_t
@@ -44,7 +44,7 @@ module hampm_constraints
       integer, allocatable :: node(:)            !! nodes with a component in a box, ascending
       integer, allocatable :: box(:, :)          !! the last box that holds a component, 0 for none, (ndim, n_nodes)
       logical, allocatable :: supported(:, :)    !! whether that only pushes, (ndim, n_nodes)
-      real(dp), allocatable :: lift(:, :)        !! how far a component is from the place where its support has it [m], (ndim, n_nodes)
+      real(dp), allocatable :: lift(:, :)        !! offset of a component from its support [m], (ndim, n_nodes)
       real(dp), allocatable :: up(:, :)          !! 1 or -1: which way from its support the material is, (ndim, n_nodes); not
                                                  !! allocated until that is asked
       integer, allocatable :: turning(:, :)      !! the box with which a component turns, 0 for none, (ndim, n_nodes); not allocated
@@ -76,12 +76,12 @@ contains
    !> Multiply all given motions that are not held.
    pure subroutine scale_ways(self, factor)
       class(constraints_t), intent(inout) :: self
-      real(dp), intent(in) :: factor             !! of what the model has, not of what is [-]
+      real(dp), intent(in) :: factor             !! relative to the model, not to the present value [-]
       if (allocated(self%boxes)) call self%boxes%motion%history%scale_to(factor)
    end subroutine scale_ways
 
-   !> Fix the `components` of all nodes within a box, its faces included, or move them; where boxes overlap the last one does. Nodes within `reach`, where
-   !> that is given, are held as those in the box: beyond the end of a body, where its last cells have nodes.
+   !> Fix or move the `components` of all nodes within a box, its faces included; where boxes overlap the last one counts. Nodes
+   !> within `reach`, if given, are held as well: beyond the end of a body, where its last cells have nodes.
    subroutine constrain_box(c, grid, lower, upper, components, motion, reach)
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
@@ -137,8 +137,8 @@ contains
       c%node = pack([(k, k=1, grid%n_nodes)], any(c%fixed, dim=1))
    end subroutine rebuild_constraints
 
-   !> Find which components turn with their boxes, and how, once they have been rebuilt: those of nodes that have material, or may have it. Those of a box whose
-   !> nodes do not tell how it turns, as of a single one, are held.
+   !> After a rebuild, find the components that turn with their boxes, and their levers: of nodes that have material, or may have
+   !> it. Boxes whose nodes define no rotation, as a single one, are held.
    pure subroutine find_levers(c, grid, has_material)
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
@@ -174,7 +174,7 @@ contains
       end do
    end subroutine find_levers
 
-   !> How far numbers are from each other; 0 where there are none.
+   !> Range of some numbers; 0 if there are none.
    pure real(dp) function spread_of(values)
       real(dp), intent(in) :: values(:)
       spread_of = 0
@@ -190,8 +190,8 @@ contains
       if (allocated(self%turning)) nodes = pack(self%node, [(any(self%turning(:, self%node(k)) > 0), k=1, size(self%node))])
    end function nodes_that_turn
 
-   !> What of a nodal field is turning of the boxes, of the nodes with a component in a box: theta t by least squares, whatever the mean of the field in a
-   !> box is; (ndim, these nodes).
+   !> Rotation of the boxes in a nodal field, at the nodes with a component in a box: theta t by least squares, independent of the
+   !> mean of the field in a box; (ndim, these nodes).
    pure function turned(self, x) result(turn)
       class(constraints_t), intent(in) :: self
       real(dp), intent(in) :: x(:, :)            !! (ndim, n_points)
@@ -236,7 +236,7 @@ contains
       end do
    end function turned
 
-   !> Turn the boxes by what acts on them: their nodes are theta t with theta = sum of t . b/sum of m t**2.
+   !> Turn the boxes by the forces on them: their nodes are theta t with theta = sum of t . b/sum of m t**2.
    pure subroutine let_turn(c, mass, b, x)
       type(constraints_t), intent(in) :: c
       real(dp), intent(in) :: mass(:)            !! m of the nodes, which are lumped, 0 where there is no material [kg]
@@ -316,8 +316,8 @@ contains
       end do
    end function freed_by_planes
 
-   !> Whether a node in a box belongs to material that reaches into it. Where a box ends at a crack, the nodes of the other face, at the same
-   !> places, do not.
+   !> Whether a node in a box belongs to material that reaches into it. Where a box ends at a crack, the nodes of the other face, at
+   !> the same places, do not.
    pure logical function is_beside(grid, node, box, margin) result(is)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: node
@@ -403,7 +403,7 @@ contains
       self%free(:, :size(fixed, 2)) = merge(0.0_dp, 1.0_dp, fixed)
    end subroutine fix
 
-   !> By how much components in boxes are to have been moved at a time, from where they were at first; 0 for the others [m], (ndim, n_nodes).
+   !> Prescribed displacement of components in boxes at a time; 0 for the others [m], (ndim, n_nodes).
    pure function prescribed_at(self, time) result(u)
       class(constraints_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]
@@ -428,7 +428,7 @@ contains
       end do
    end function prescribed_of_nodes
 
-   !> By how much each box is to have been moved at a time [m], (ndim, boxes).
+   !> Prescribed displacement of each box at a time [m], (ndim, boxes).
    pure function ways_at(self, time) result(ways)
       class(constraints_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]
@@ -439,7 +439,7 @@ contains
       end do
    end function ways_at
 
-   !> Whether any box is moved as its history has it, whatever the scale of others.
+   !> Whether any box moves by its history, independent of the scale of others.
    pure logical function have_held_ways(self) result(have)
       class(constraints_t), intent(in) :: self
       integer :: k
@@ -451,7 +451,7 @@ contains
       end do
    end function have_held_ways
 
-   !> By how much each box is moved at factor 1, 0 where it is held [m], (ndim, boxes).
+   !> Displacement of each box at factor 1, 0 where it is held [m], (ndim, boxes).
    pure function scaled_units(self) result(units)
       class(constraints_t), intent(in) :: self
       real(dp) :: units(ndim, self%number())
@@ -471,7 +471,7 @@ contains
       if (self%number() > 0) have = any(any(abs(self%ways_at(time)) > 0, dim=1) .and. .not. self%boxes%motion%history%held)
    end function have_scaled_ways
 
-   !> By how much box `k` is to have been moved at a time [m].
+   !> Prescribed displacement of box `k` at a time [m].
    pure function prescribed_of_box(self, k, time) result(u)
       class(constraints_t), intent(in) :: self
       integer, intent(in) :: k
@@ -482,7 +482,7 @@ contains
       end associate
    end function prescribed_of_box
 
-   !> Set the fixed components of a nodal field to zero, but for those that turn.
+   !> Set the fixed components of a nodal field to zero, except those that turn.
    pure subroutine hold(c, field)
       type(constraints_t), intent(in) :: c
       real(dp), intent(inout), contiguous :: field(:, :)  !! (ndim, n_points)

@@ -1,16 +1,14 @@
-!> Cells that lines in any direction cut. A leaf that a line divides falls into pieces: over the square of the leaf there is one
-!> element for each. A particle belongs to the piece in which it stands, and so to its element; a node around which the pieces are not
-!> all connected has a copy for each part that is. All else follows from that: mass
-!> matrices come apart, and forces do not cross.
+!> Cells that are cut by lines in any direction. A leaf that a line divides falls into pieces: each has an element over the square
+!> of the leaf. A particle belongs to the piece at its place, and so to its element; a node has a copy for each connected part of
+!> the pieces around it. So mass matrices decouple, and forces do not cross.
 !>
-!> Which parts of a leaf are connected is found on a lattice of samples in it: neighbours are, unless a line runs between them. Leaves
-!> are connected in the same way across their common edge. So lines may cross, meet, turn, run along grid lines and through corners. A
-!> sliver that has no sample does not count; as samples are much denser than particles, hardly a particle is in one, and that which is
-!> belongs to a neighbour. A point on a line belongs to one side, whichever end of the line is the first (`side_of_ties`); particles there are
-!> split (`hampm_matching`).
+!> Connected parts of a leaf are found on a lattice of samples: neighbours are connected unless a line runs between them, also
+!> across the common edge of leaves. Lines may cross, meet, turn, run along grid lines and through corners. A sliver without a
+!> sample does not count: a particle in it, a rare case, belongs to a neighbour. A point on a line belongs to one side, independent
+!> of the order of the ends (`side_of_ties`); particles there are split (`hampm_matching`).
 !>
-!> A line that ends in a leaf does not divide that. An end that is a tip is moved on along the line to where its leaf ends, and cohesive points
-!> (`hampm_interface_points`) hold the part that is not cut. Where a line along a grid line ends between leaves, it stays.
+!> A line that ends in a leaf does not divide it. A tip is moved on along the line to the edge of its leaf, and bonded points
+!> (`hampm_interface_points`) hold the part that is not cut. A line along a grid line that ends between leaves stays.
 module hampm_cut_cells
    use hampm_kinds, only: dp, ndim, long
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
@@ -37,7 +35,7 @@ module hampm_cut_cells
       integer :: leaf = 0                        !! 0 where the line ends where leaves meet: nothing is cut beyond it
       real(dp) :: tip(ndim) = 0                  !! [m]
       real(dp) :: direction(ndim) = 0            !! unit vector out of the line
-      real(dp) :: front(ndim) = 0                !! where the line, going on, leaves the leaf [m]
+      real(dp) :: front(ndim) = 0                !! where the extended line leaves the leaf [m]
    end type end_leaf_t
 
    !> The leaves at lines and their pieces.
@@ -45,12 +43,12 @@ module hampm_cut_cells
       type(line_t), allocatable :: lines(:)
       type(end_leaf_t), allocatable :: ends(:)   !! one for each tip, in the order of the lines, the last point first
       real(dp), allocatable :: segment(:, :, :) !! of the lines, with their ends moved [m], (ndim, 2, segments)
-      real(dp), allocatable :: side_of_ties(:) !! of each segment: 1 where what is on it is to its left, else -1
+      real(dp), allocatable :: side_of_ties(:) !! of each segment: 1 if points on it are to its left, else -1
       integer, allocatable :: entry(:)  !! of each leaf in the tables below, 0 where no line is near; (leaves)
       integer, allocatable :: first_near(:), near(:) !! the segments near each entry, in rows
       integer, allocatable :: n_pieces(:) !! of each entry
       integer, allocatable :: piece(:, :, :) !! in which each sample is, (samples, samples, entries)
-      integer, allocatable, private :: first_piece(:) !! of each leaf that has an entry, or is beside one that has, in the next; 0 of others
+      integer, allocatable, private :: first_piece(:) !! of each leaf with an entry, or beside one, in the next; 0 of others
       integer, allocatable, private :: copy(:, :, :) !! which copy of the nodes at its places each piece has; below 0
                                                  !! where no place of a leaf with an entry is; (nodes_along, nodes_along, pieces)
       real(dp) :: slack = 0                      !! distance within which a point is on a line [m]
@@ -139,8 +137,8 @@ contains
                        .not. (is_left(p, q, a, -abs(slack)) .and. is_left(p, q, b, -abs(slack)))
    end function runs_between
 
-   !> To which side of a segment belongs what is on it: that above, of a vertical one that at its left in the picture, whichever of its ends is the
-   !> first; 1 where that is to the left as one walks along the segment, else -1.
+   !> The side of a segment to which points on it belong: above it, or to the left of a vertical one, whichever end is the first; 1
+   !> where that is to the left in the direction of the segment, else -1.
    pure real(dp) function side_of_ties(direction) result(side)
       real(dp), intent(in) :: direction(ndim)    !! of the segment, of any length
       logical :: is_vertical
@@ -148,7 +146,7 @@ contains
       side = merge(1, -1, merge(direction(2) > 0, direction(1) > 0, is_vertical))
    end function side_of_ties
 
-   !> Whether a point is to the left of the line from a to b, or within `slack` of it; where that is below 0, farther to the left than it.
+   !> Whether a point is to the left of the line from a to b, or within `slack` of it; if that is below 0, beyond it.
    pure logical function is_left(a, b, p, slack)
       real(dp), intent(in) :: a(ndim), b(ndim), p(ndim) !! [m]
       real(dp), intent(in) :: slack              !! [m]
@@ -176,8 +174,8 @@ contains
       end if
    end function segments_near
 
-   !> The piece of a leaf in which a point is: that of the nearest sample from which no line divides it or, where there is none near, of
-   !> the nearest. Of a point outside of the leaf it is the piece on its side.
+   !> The piece of a leaf at a point: the piece of the nearest sample without a line between or, if none is near, of the nearest
+   !> sample. A point outside of the leaf has the piece on its side.
    pure integer function piece_at(self, forest, leaf, x) result(piece)
       class(cut_cells_t), intent(in) :: self
       type(forest_t), intent(in) :: forest
@@ -203,8 +201,8 @@ contains
       is_in_sliver = self%certain_piece_at(forest, leaf, x, samples) == 0
    end function is_in_sliver
 
-   !> The place where the material that began at `origin` would be if it had kept its distance from the line next to it, and so its side,
-   !> however far the faces have parted or interpenetrated [m]. Where lines stay, that is `origin`.
+   !> The place of material that began at `origin` if it had kept its distance from the line next to it, and so its side, for any
+   !> opening or interpenetration of the faces [m]. Where lines stay, it is `origin`.
    pure function follow(self, origin) result(x)
       class(cut_cells_t), intent(in) :: self
       real(dp), intent(in) :: origin(ndim)       !! in the reference configuration [m]
@@ -321,9 +319,9 @@ contains
       end do
    end function divides
 
-   !> On which side of the nearest line a point of a leaf is: 1 to the left as one walks along the points of the line, -1 to the
-   !> right; 0 in a leaf that is not divided. Where a kink is nearest, that of its two segments tells from which, as a straight
-   !> line, the point is farther.
+   !> Side of the nearest line on which a point of a leaf is: 1 to the left in the order of the points of the line, -1 to the right;
+   !> 0 in a leaf that is not divided. Where a kink is nearest, its segment decides that, as a straight line, is farther from the
+   !> point.
    pure integer function side_at(self, leaf, x) result(side)
       class(cut_cells_t), intent(in) :: self
       integer, intent(in) :: leaf
@@ -349,7 +347,7 @@ contains
       end do
    end function side_at
 
-   !> Whether material of a leaf that lines divide is on one of them, or on where it will go on to.
+   !> Whether material of a leaf that lines divide is on one of them, or on its planned extension.
    pure logical function is_on_line(self, leaf, origin)
       class(cut_cells_t), intent(in) :: self
       integer, intent(in) :: leaf
@@ -365,8 +363,8 @@ contains
       end do
    end function is_on_line
 
-   !> Normal of the line on which material of a leaf is, of any length: at a kink the sum of both, which the order of its points turns around and
-   !> nothing else; 0 where that is no line, or several.
+   !> Normal of the line on which material of a leaf is, of any length: at a kink the sum of both, of which only the sign depends on
+   !> the order of its points; 0 on no line, or several.
    pure function normal_at(self, leaf, origin) result(normal)
       class(cut_cells_t), intent(in) :: self
       integer, intent(in) :: leaf
@@ -404,7 +402,7 @@ contains
       at = min(max(at, 1), samples)
    end function sample_at
 
-   !> The piece of a leaf in which a point is: that of the nearest sample within `reach` from which no line divides it; 0 for none.
+   !> The piece of a leaf at a point: of the nearest sample within `reach` without a line between; 0 for none.
    pure integer function certain_piece_at(self, forest, leaf, x, reach) result(piece)
       class(cut_cells_t), intent(in) :: self
       type(forest_t), intent(in) :: forest
@@ -431,8 +429,8 @@ contains
       end do
    end function certain_piece_at
 
-   !> Which copy of the node, or hanging node, at a place a piece of a leaf has, from 0 on: pieces of the leaves around the place that are
-   !> connected there have the same.
+   !> Number, from 0 on, of the copy of the node, or hanging node, at a place that a piece of a leaf has: connected pieces of the
+   !> leaves around the place have the same.
    pure integer function copy_at(self, forest, place, leaf, piece) result(copy)
       class(cut_cells_t), intent(in) :: self
       type(forest_t), intent(in) :: forest
@@ -506,7 +504,7 @@ contains
       end function node_place
    end subroutine find_copies
 
-   !> Which of the places of a leaf at which it may have nodes a place is, along x and y; 0 where it is none.
+   !> Index of a place among the possible nodes of a leaf, along x and y; 0 if it is none of them.
    pure function place_in_leaf(forest, leaf, place) result(at)
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
@@ -546,7 +544,7 @@ contains
       call connect(self, forest, place, leaves([2, 4]), first([2, 4]), 2, 1, sets)
    end subroutine connect_around
 
-   !> The leaves around a place: below left, below right, above left, above right; 0 where there is none.
+   !> The leaves around a place: below left, below right, above left, above right; 0 if there is none.
    pure function leaves_around(forest, place) result(leaves)
       type(forest_t), intent(in) :: forest
       integer(long), intent(in) :: place(ndim)
@@ -563,7 +561,7 @@ contains
       integer, intent(in) :: leaf(2)             !! below or left of the edge, and above or right of it; 0 for none
       integer, intent(in) :: first(2)            !! member for the first piece of each
       integer, intent(in) :: normal              !! direction normal to the edge
-      integer, intent(in) :: sense               !! in which the edge goes from the place, 1 or -1
+      integer, intent(in) :: sense               !! of the edge from the place, 1 or -1
       type(disjoint_sets_t), intent(inout) :: sets
       real(dp) :: x(ndim), lower(ndim), p(ndim), q(ndim), width(2), length
       logical :: are_whole
@@ -597,7 +595,7 @@ contains
       end do
    end subroutine connect
 
-   !> The leaf that has the smallest square above and to the right of a place; 0 where there is none.
+   !> The leaf with the smallest square above and to the right of a place; 0 if there is none.
    pure integer function leaf_beside(forest, place) result(leaf)
       type(forest_t), intent(in) :: forest
       integer(long), intent(in) :: place(ndim)
@@ -606,7 +604,7 @@ contains
       leaf = forest%leaf_of(place)
    end function leaf_beside
 
-   !> Whether a line is near a leaf; 0 is none.
+   !> Whether a line is near a leaf; 0: no leaf.
    pure logical function is_near(self, leaf)
       class(cut_cells_t), intent(in) :: self
       integer, intent(in) :: leaf
@@ -614,7 +612,7 @@ contains
       if (leaf > 0 .and. allocated(self%entry)) is_near = self%entry(leaf) > 0
    end function is_near
 
-   !> The place by which a copy of the node at a place is told from the others: copies but the first have one far outside the lattice.
+   !> The place that identifies a copy of the node at a place: copies but the first have one far outside the lattice.
    pure function place_of_copy(place, copy) result(seen)
       integer(long), intent(in) :: place(ndim)
       integer, intent(in) :: copy                !! from 0 on

@@ -17,7 +17,7 @@ contains
    pure subroutine find_cut_cells(forest, lines, least, cut)
       type(forest_t), intent(in) :: forest
       type(line_t), intent(in) :: lines(:)
-      real(dp), intent(in) :: least              !! way from a tip to where the cut ends, over the size of the leaf, below which the next one is cut too
+      real(dp), intent(in) :: least              !! least distance of a tip from the end of the cut [leaf size]
       type(cut_cells_t), intent(out) :: cut
       integer, allocatable :: leaf(:)            ! of each entry
       integer :: k
@@ -128,8 +128,8 @@ contains
       end function is_on_line
    end subroutine move_end
 
-   !> Cut leaves ahead of the tip, one after the other, as long as of the edge at which the cut ends a node is behind the tip, or the edge is near: both
-   !> faces share its nodes, and hold the crack together there.
+   !> Cut leaves ahead of the tip, one by one, while a node of the edge at which the cut ends is behind the tip, or that edge is
+   !> near: both faces share its nodes, which hold the crack together.
    pure subroutine cut_ahead(forest, least, front, end)
       type(forest_t), intent(in) :: forest
       real(dp), intent(in) :: least              !! as in `find_cut_cells`

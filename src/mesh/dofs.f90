@@ -1,16 +1,14 @@
-!> Which nodes of a grid have degrees of freedom, and what the other ones, the hanging nodes, have instead: weighted means of the
-!> values at some nodes, their masters. The hanging nodes of a transition element are the middle of a side beside which there is no
-!> finer cell, and the middle of the element. Of a quadratic cell the middle of a side beside which there is a coarser one hangs.
+!> Degrees of freedom of the nodes of a grid, and hanging nodes without them, whose values are weighted means of some nodes, their
+!> masters. The hanging nodes of a transition element are the middle of a side beside which there is no finer cell, and the middle
+!> of the element. Of a quadratic cell the middle of a side beside a coarser cell hangs.
 !>
-!> Nodes with degrees of freedom are numbered first and hanging nodes after them. With T the weights, values are x = T x_nodes; what
-!> is summed at hanging nodes belongs to their masters by the same weights, T transposed.
+!> Nodes with degrees of freedom are numbered first, hanging nodes after them. With T the weights, values are x = T x_nodes; sums at
+!> hanging nodes belong to their masters by T transposed. The weights of a hanging node add up to 1, all positive except those of
+!> quadratic cells (`hampm_grid`): lumped masses are positive, velocities stay in the range of the particles', and by convexity (T
+!> x)**2 <= T x**2 a time step that is stable for all small elements is stable for the transition element.
 !>
-!> The weights of a hanging node add up to 1. But for those of quadratic cells (`hampm_grid`) all are positive. So the lumped mass of a node is a sum of particle masses times
-!> positive numbers, velocities stay in the range of the particles', and by convexity (T x)**2 <= T x**2 the time step that is
-!> stable for all the small elements is stable for the transition element.
-!>
-!> Around a node there may be any number of elements. A slot is a corner of an element as one number; the slots at which the nodes
-!> stand are kept in compressed rows, each in the order of the elements, in which all sums at nodes are taken.
+!> A slot is a corner of an element as one number; the slots of each node are stored in compressed rows, in the order of the
+!> elements, in which all sums at nodes are taken.
 module hampm_dofs
    use hampm_kinds, only: dp, ndim, corners
    use hampm_node_list, only: node_list_t
@@ -18,9 +16,9 @@ module hampm_dofs
    private
    public :: dofs_t, list_slots, element_of_slot, corner_of_slot, most_nodes_of_leaf
 
-   !> A leaf has four corners, up to four nodes in the middle of its sides and, if it is quadratic, one in its own middle. Where a node in
-   !> the middle of a side of such a leaf hangs, one master of three is no node of the leaf, in the place of that node: no element
-   !> depends on more.
+   !> A leaf has four corners, up to four nodes in the middle of its sides and, if quadratic, one in its own middle. Where a node in
+   !> the middle of a side of such a leaf hangs, one of its three masters is no node of the leaf and replaces it: no element depends
+   !> on more.
    integer, parameter :: most_nodes_of_leaf = 3**ndim
 
    !> The nodes with degrees of freedom, the masters of the hanging nodes, and the elements around all nodes.
@@ -215,8 +213,8 @@ contains
       end do
    end subroutine distribute
 
-   !> Condense what was summed at the hanging nodes of a list to their masters, by T transposed; it is zero afterwards. Where there
-   !> is a `scale`, masters get it times their own.
+   !> Condense sums at the hanging nodes of a list to their masters, by T transposed; they are zero afterwards. With a `scale`,
+   !> masters get the sums times their own.
    pure subroutine condense(self, list, width, x, scale)
       class(dofs_t), intent(in) :: self
       class(node_list_t), intent(in) :: list

@@ -64,7 +64,7 @@ contains
       is_uniform = .not. allocated(self%level)
    end function is_uniform
 
-   !> The leaf that covers the place `x`; `outside` where there is none, or where `x` is not a number.
+   !> The leaf that covers the place `x`; `outside` if there is none, or if `x` is NaN.
    pure integer function leaf_at(self, x)
       class(forest_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -74,7 +74,7 @@ contains
       if (place(1) >= 0) leaf_at = self%leaf_of(place)
    end function leaf_at
 
-   !> Integer coordinates of the finest cell that covers `x`; negative where there is none, or where `x` is not a number.
+   !> Integer coordinates of the finest cell that covers `x`; negative if there is none, or if `x` is NaN.
    pure function place_at(self, x) result(place)
       class(forest_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -132,8 +132,8 @@ contains
       root_of = root_of + 1
    end function root_of
 
-   !> Whether place `a` comes before `b` in Morton order: the highest bit in which they differ decides, and of equal ones
-   !> that of the last direction.
+   !> Whether place `a` comes before `b` in Morton order: the highest bit in which they differ decides, of equal ones the bit of the
+   !> last direction.
    pure logical function precedes(a, b)
       integer(long), intent(in) :: a(ndim), b(ndim)
       integer(long) :: difference, largest
@@ -181,7 +181,7 @@ contains
       size_of = self%cell/shiftl(1, self%level_of(leaf))
    end function size_of
 
-   !> How far it is from a place in a leaf along a direction to the edge at which it leaves that [m]; huge where it is along none.
+   !> Distance of a place in a leaf, along a direction, from the edge at which it leaves the leaf [m]; huge for no direction.
    pure real(dp) function way_out(self, leaf, x, direction, none) result(way)
       class(forest_t), intent(in) :: self
       integer, intent(in) :: leaf
@@ -346,8 +346,8 @@ contains
       end do
    end function meets_finer
 
-   !> Mark the leaves around a leaf that are more than one level coarser. They are as large as two parents of the leaf or larger, so
-   !> that it is enough to look, once in each of the parent's neighbours that touch the leaf.
+   !> Mark the leaves around a leaf that are more than one level coarser. They are at least as large as two parents of the leaf: one
+   !> check in each of the parent's neighbours that touch the leaf suffices.
    pure subroutine mark_coarse_neighbours(self, leaf, change)
       class(forest_t), intent(in) :: self
       integer, intent(in) :: leaf

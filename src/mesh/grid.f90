@@ -1,30 +1,15 @@
-!> The grid that is built from a forest: nodes, elements, and which element touches which node.
+!> The grid built from a forest: nodes, elements, and which element touches which node (docs/explanation/theory.md, quadratic.md).
 !>
-!> A leaf is one bilinear element of four nodes, the corners. A leaf beside which there are finer ones has up to four nodes
-!> more, in the middle of its sides: it is a transition element, of 5 to 8 nodes. Its shape functions are bilinear in each
-!> quarter: on a side they are piecewise linear through the nodes, as the finer cells have them, and in the middle the value
-!> is the mean of those at the middles of the four sides. They are continuous across every kind of edge, sum to 1, are 1 at
-!> their own node and 0 at the others, hold every linear field, and are nowhere negative. (The transition element of Gupta 1978
-!> blends the side functions linearly to the opposite side, which gives the middle the weights of its nodes twice as strongly:
-!> its corner functions are negative inside, and with them lumped masses may be.)
+!> A leaf is one bilinear element of its corners. A transition leaf, beside finer ones, has up to four nodes more, in the middle of
+!> its sides: its functions are piecewise linear on the sides, the mean in the middle, and never negative. It is stored as its four
+!> quarters, bilinear elements like any other; their corners without a node of the leaf are hanging nodes (`hampm_dofs`), numbered
+!> after the nodes, as are nodes of nearly empty cells (`hampm_aggregated_nodes`). A leaf that a line divides (`hampm_cut_cells`)
+!> has such elements for each piece, and its nodes have copies. A quadratic leaf is stored as its quarters, all corners of which are
+!> nodes of its support; beside a coarser leaf with material the node in the middle of a side hangs, with the weights 3/8, 3/4 and
+!> -1/8.
 !>
-!> So a transition leaf is stored as its four quarters, each a bilinear element like any other. Corners of quarters at which none of
-!> its nodes stands are hanging nodes (`hampm_dofs`), numbered on from the nodes. A kernel that visits elements need not know
-!> which is which. Nodes of cells that are nearly empty hang, too (`hampm_aggregated_nodes`).
-!>
-!> A leaf that a line divides (`hampm_cut_cells`) has an element, or four quarters, for each of its pieces, and its nodes have copies; along a line on
-!> a grid line there are nodes on either side, at one position.
-!>
-!> Where cells are quadratic, of order 2, every leaf is stored as its quarters, and all corners of these, nine, are nodes of the leaf. Its
-!> functions are biquadratic: values in an element depend on all points of its leaf, its support. Beside a coarser leaf with material
-!> the node in the middle of a side hangs, so that the side has the quadratic through the three nodes of the coarser one, of which it is a
-!> half. The weights of its masters are 3/8, 3/4 and -1/8, and the lumped masses stay positive: what the last one takes from an end of
-!> the coarser side is less than what the leaf beside it gives.
-!>
-!> Where bodies have velocity fields of their own, to meet and part (`hampm_body_contact`), each field is a velocity field: all leaves have the
-!> same elements, or quarters, or pieces of these, once more for each velocity field, and all nodes a copy on each. Those of a leaf follow each
-!> other, velocity field after velocity field. A particle stands in an element of the velocity field of its body. Cracks are on the first velocity field only: on others the pieces of
-!> a leaf have the same nodes.
+!> With several velocity fields (`hampm_body_contact`) all leaves have their elements and nodes once on each, one field after the
+!> other. A particle is in an element of the field of its body. Cracks are on the first field only.
 module hampm_grid
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_tensors, only: norm
@@ -44,19 +29,19 @@ module hampm_grid
 
    !> Nodes and elements of a forest.
    type :: grid_t
-      type(forest_t) :: forest                          !! what the grid was built from
+      type(forest_t) :: forest                          !! source of the grid
       type(cut_cells_t) :: cut_cells                    !! and where it was cut then
       type(plane_cut_t), allocatable :: planes(:)       !! cracks in planes of it, of solids; else not allocated
       type(outline_t), allocatable :: bodies(:)         !! in it, where edges of bodies may cut cells; else not allocated
-      logical, allocatable :: is_full(:)                !! whether one of them fills each leaf; not allocated where there are none, (leaves)
+      logical, allocatable :: is_full(:)                !! whether one of them fills each leaf, (leaves); not allocated if none
       logical, allocatable :: is_met(:)                 !! whether any of them has a part of each leaf; as above, (leaves)
       type(aggregated_nodes_t) :: aggregated_nodes      !! of cells that these nearly leave empty
-      integer, allocatable :: field_of_body(:)          !! the velocity field on which each body is; not allocated where there is one only
+      integer, allocatable :: field_of_body(:)          !! the velocity field of each body; not allocated if there is only one
       integer :: n_velocity_fields = 1
       real(dp), allocatable :: solids(:, :, :)          !! corners of the rectangles that are filled with material, where cells are
                                                         !! quadratic; else not allocated [m], (ndim, 2, number)
       integer :: n_functions = corners                  !! shape functions in an element
-      real(dp), allocatable :: correction(:, :, :)      !! of the gradients of functions in quadratic cells, or pieces of them, that are cut
+      real(dp), allocatable :: correction(:, :, :)      !! of the gradients of functions in cut quadratic cells, or pieces of them
                                                         !! (`hampm_quadratic_points`); not allocated where none are [1/m],
                                                         !! (functions, ndim, cells)
       integer :: n_nodes = 0                            !! number of nodes with degrees of freedom
@@ -67,7 +52,7 @@ module hampm_grid
       real(dp), allocatable :: element_lower(:, :)      !! lower corner [m], (ndim, n_elements)
       real(dp), allocatable :: element_size(:)          !! edge length [m], (n_elements)
       integer, allocatable :: element_nodes(:, :)       !! node at each corner, (corners, n_elements)
-      integer, allocatable :: element_leaf(:)           !! leaf of which it is the whole or a quarter, or a piece of these, (n_elements)
+      integer, allocatable :: element_leaf(:)           !! its leaf, of which it is the whole, a quarter or a piece, (n_elements)
       integer, allocatable :: leaf_element(:)           !! first element of each leaf, (leaves + 1)
       type(dofs_t) :: dofs                              !! which nodes hang and on which others, and the elements around each
    contains
@@ -101,7 +86,7 @@ module hampm_grid
 
 contains
 
-   !> Whether a leaf is cut by a line, or by the edge of a body that is no mere rectangle, so that its particles do not stand for all of it.
+   !> Whether a leaf is cut by a line, or by the edge of a body: its particles do not represent all of it.
    pure logical function is_cut(self, leaf)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: leaf
@@ -109,7 +94,7 @@ contains
       if (allocated(self%is_full) .and. .not. is_cut) is_cut = self%is_met(leaf) .and. .not. self%is_full(leaf)
    end function is_cut
 
-   !> The corner at one end, from 1 on, of a side of a leaf: the lower one in x is the first, the upper one the second, then those in y.
+   !> The corner at one end, 1 or 2, of a side of a leaf: sides are lower and upper in x, then in y.
    pure integer function side_corner(side, end)
       integer, intent(in) :: side, end
       integer :: bit                             ! that all corners of the side have in common
@@ -155,7 +140,7 @@ contains
       end associate
    end function is_in_first_field
 
-   !> What is on a velocity field where an element of the first one is.
+   !> Number on a velocity field of an element of the first one.
    pure integer function copy_on(self, e, velocity_field) result(copy)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: e, velocity_field
@@ -164,7 +149,7 @@ contains
       end associate
    end function copy_on
 
-   !> The copies of each node on all velocity fields, by its copy on the first one; 0 for the other points. (velocity fields, points)
+   !> Copies of each node on all velocity fields, by its copy on the first one; 0 for other points. (velocity fields, points)
    pure subroutine copies_of_nodes(self, copies)
       class(grid_t), intent(in) :: self
       integer, allocatable, intent(out) :: copies(:, :)
@@ -187,8 +172,8 @@ contains
       is_quadratic = allocated(self%solids)
    end function is_quadratic
 
-   !> The points on which values in an element depend: its corners or, where cells are quadratic, all points of its leaf, those along x one
-   !> after the other.
+   !> The points on which values in an element depend: its corners or, in quadratic cells, all points of its leaf, numbered along x
+   !> first.
    pure function support_of(self, e) result(points)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: e
@@ -344,9 +329,9 @@ contains
       is_toward = dot_product(0.5_dp - corner_offset(corner), toward) > 0.25_dp*norm(toward) ! 0 of a cell beside a diagonal
    end function is_toward
 
-   !> The element that covers the place `x`, of its piece where there are several; `outside` where there is none, or where `x` is not a
-   !> number. Where lines move, the piece is that of the material that began at `origin`. Of several velocity fields it is that of the body to
-   !> which the material belongs, or else the first.
+   !> The element that covers the place `x`, of its piece if there are several; `outside` if there is none, or if `x` is NaN. Where
+   !> lines move, the piece follows from the `origin` of the material. Of several velocity fields it is that of the `body`, by
+   !> default the first.
    pure integer function element_at(self, x, origin, body) result(e)
       class(grid_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -374,8 +359,8 @@ contains
       end do
    end function element_at
 
-   !> The element of material on a face of a crack, which began at a place beside it: as `element_at` or, where the place is in a sliver, which
-   !> belongs to the piece beyond the crack, that from which the sliver is cut off. The place is outside of this by up to an eighth.
+   !> The element of material on a face of a crack, from a place beside it: as `element_at` or, if the place is in a sliver (part of
+   !> the piece beyond the crack), the piece from which the sliver is cut off, up to an eighth away.
    pure integer function element_on_side(self, x, origin, body) result(e)
       class(grid_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -391,7 +376,7 @@ contains
       e = self%element_at(out_of_sliver(self, x, x))
    end function element_of_face
 
-   !> A place or, where what is there is in a sliver of its leaf, one farther away from the crack, beyond the sliver [m].
+   !> A place or, if it is in a sliver of its leaf, one farther away from the crack, beyond the sliver [m].
    pure function out_of_sliver(self, x, beside) result(place)
       type(grid_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]

@@ -31,7 +31,7 @@ contains
       type(outline_t), allocatable, intent(in), optional :: bodies(:) !! whose edges may cut cells
       integer, allocatable, intent(in), optional :: velocity_fields(:) !! the velocity field on which each body is, from 1 on
       real(dp), allocatable, intent(in), optional :: solids(:, :, :)  !! see `grid_t`; where it is allocated, cells are quadratic
-      logical, intent(in), optional :: waits     !! whether the points of quadratic cells, whose elements do not depend on them, wait for `add_points`
+      logical, intent(in), optional :: waits     !! whether the points of quadratic cells wait for `add_points`
       type(plane_cut_t), allocatable, intent(in), optional :: planes(:) !! cracks in planes of the grid
       logical :: is_complete
       is_complete = .true.
@@ -108,8 +108,8 @@ contains
       call failure%report(exit_computation, 'grid: not enough memory for this number of cells')
    end subroutine report_memory
 
-   !> Number the nodes: the corners of leaves, but for aggregated nodes. In refined grids they are numbered row by row then, so that stencils are those of rows
-   !> (`hampm_stencils`).
+   !> Number the nodes: the corners of leaves, without aggregated nodes. In refined grids they are then numbered row by row, for
+   !> stencils along rows (`hampm_stencils`).
    subroutine number_nodes(grid, points)
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(inout) :: points
@@ -143,8 +143,8 @@ contains
       end do
    end subroutine number_inner_nodes
 
-   !> The coarser leaf with material beside a side of a piece of a quadratic one, and the piece of it that is connected there; `outside`
-   !> where there is none, or a cut between them.
+   !> The coarser leaf with material beside a side of a piece of a quadratic one, and its piece that is connected there; `outside`
+   !> if there is none, or a cut between.
    pure subroutine find_coarser(grid, leaf, piece, side, coarser, of_coarser)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf, piece, side
@@ -218,8 +218,8 @@ contains
       end do
    end function is_solid
 
-   !> A place as a piece of a leaf, on its velocity field, sees it: points at one place that are not the same have different ones. Those of
-   !> velocity fields but the first one are far outside the lattice.
+   !> A place in the numbering of a piece of a leaf, on its velocity field: different points at one place differ. Points of all
+   !> velocity fields but the first are far outside the lattice.
    pure function seen_from(grid, leaf, piece, place) result(seen)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf
@@ -261,7 +261,7 @@ contains
       place = grid%forest%place_of(leaf) + corner_offset(corner)*level_width(grid%forest%level_of(leaf))
    end function place_of_corner
 
-   !> Place of the middle of a side of a leaf, as a piece of it sees it: sides 1 and 2 are the lower and upper one in x, 3 and 4 in y.
+   !> Place of the middle of a side of a leaf for one of its pieces: sides 1 and 2 are lower and upper in x, 3 and 4 in y.
    pure function middle_of_side(grid, leaf, piece, side) result(place)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf, piece, side
@@ -380,7 +380,7 @@ contains
       end do
    end subroutine place_nodes
 
-   !> The masters of the hanging nodes and their weights. What leaves without material let hang has none: it may be between aggregated nodes.
+   !> The masters of the hanging nodes and their weights. Hanging nodes of empty leaves have none (between aggregated nodes).
    subroutine find_masters(grid, points)
       type(grid_t), intent(inout) :: grid
       type(place_table_t), intent(in) :: points
@@ -411,7 +411,7 @@ contains
             end if
             do piece = 1, grid%all_pieces(leaf)
                number = [(points%number_of(point_of_leaf(grid, leaf, piece, k)), k=1, points_of_quadratic)]
-               do middles = 1, ndim              ! of sides, then of what has these for its sides
+               do middles = 1, ndim              ! of sides, then of the faces or cell with these as sides
                   do k = 1, points_of_quadratic
                      if (count(steps_to(k) == 1) /= middles .or. number(k) <= n_nodes) cycle
                      middle = number(k) - n_nodes
@@ -448,7 +448,7 @@ contains
          end do
       end subroutine add_aggregated_nodes
 
-      !> Let the hanging node in the middle follow one of the nodes of which it has the mean, or the masters of that.
+      !> Let the hanging node in the middle follow one of the nodes whose mean it is, or the masters of that node.
       subroutine add_masters(of, is_corner)
          integer, intent(in) :: of
          logical, intent(in) :: is_corner
@@ -479,8 +479,8 @@ contains
       end subroutine add_master
    end subroutine find_masters
 
-   !> The masters of the node in the middle of a side of a piece of a quadratic leaf beside a coarser one: the nodes of the side of that,
-   !> from the end that it has in common with the leaf on.
+   !> The masters of the node in the middle of a side of a piece of a quadratic leaf beside a coarser one: the nodes of the coarser
+   !> side, from the end shared with the leaf on.
    pure subroutine find_masters_of_side(grid, points, leaf, piece, side, n, master, weight)
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(in) :: points

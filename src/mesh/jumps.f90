@@ -1,5 +1,5 @@
-!> Jumps of a field of the nodes, as those of the displacement between the sides of an interface: sums over nodes of c_j u_j. One may have a mass m beside
-!> those of the particles (`hampm_ghost_penalty`):
+!> Jumps of a nodal field, as of the displacement between the sides of an interface: sums over nodes of c_j u_j. One may have a mass
+!> m beside the particles' (`hampm_ghost_penalty`):
 !>
 !>    M <- M + m c c^T.
 module hampm_jumps

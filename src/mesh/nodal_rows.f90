@@ -1,7 +1,6 @@
-!> Matrices by rows of nodes, hanging nodes included. The row of a node has a place for each node of the cells around it: for the
-!> node itself where there are fewer, with nothing in it. A matrix that is known by cells, as `mass_matrix_t` has it, is summed into
-!> its rows once, and multiplied by often: along spans of nodes whose neighbours are numbered as they are, so that no index is
-!> looked up.
+!> Matrices by rows of nodes, hanging nodes included. The row of a node has a place for each node of the cells around it, zero
+!> places for the node itself if there are fewer. A matrix by cells, as in `mass_matrix_t`, is summed into its rows once, and
+!> multiplied by often: along spans of nodes whose neighbours are numbered alike, without index look-up.
 module hampm_nodal_rows
    use hampm_kinds, only: dp, ndim, corners, neighbours
    use hampm_basis, only: points_of_quadratic
@@ -119,7 +118,7 @@ contains
       end if
    end subroutine sum_rows
 
-   !> `sum_rows` of cells with as many nodes as it is told.
+   !> `sum_rows` of cells with a given number of nodes.
    subroutine sum_rows_of(functions, n, nodes, first_slot, slots, place, cell, width, row)
       integer, intent(in) :: functions                  !! nodes of a cell
       integer, intent(in) :: n, nodes(n)
@@ -157,7 +156,7 @@ contains
          offset = pattern%neighbour(:, nodes(a)) - nodes(a)
          if (mod(a - 1, per_chunk) == 0) then
             spans%of_chunk((a - 1)/per_chunk + 1) = n + 1
-            last_offset = 0                      ! no span goes on from chunk to chunk
+            last_offset = 0                      ! spans end with their chunk
          end if
          if (a > 1 .and. all(offset == last_offset)) then
             if (nodes(a) == nodes(a - 1) + 1) cycle

@@ -1,6 +1,6 @@
-!> Numbering of unknowns: the degrees of freedom of some nodes, those apart that a Dirichlet constraint fixes. With the directions
-!> one by one it numbers what a mass matrix couples, with all of them together what a stiffness does. An unknown may be that of several, each a weight
-!> times it, as where nodes turn together: with T the weights, the matrix is T transposed A T.
+!> Numbering of unknowns: the degrees of freedom of some nodes without those fixed by a Dirichlet constraint: one direction at a
+!> time for a mass matrix, all directions together for a stiffness. Several may share an unknown, each a weight times it, as where
+!> nodes turn together: with T the weights, the matrix is T transposed A T.
 module hampm_numbering
    use hampm_kinds, only: dp
    use hampm_dofs, only: most_nodes_of_leaf
@@ -14,7 +14,7 @@ module hampm_numbering
       integer :: n = 0                           !! number of unknowns
       integer, allocatable :: dof(:, :)          !! unknown of each direction of each node, 0 where there is none;
                                                  !! (directions, n_nodes)
-      integer, allocatable :: node(:)            !! nodes of the unknowns, (n) where each is that of one
+      integer, allocatable :: node(:)            !! nodes of the unknowns, (n) if none is shared
       integer, allocatable :: direction(:)       !! their directions
       real(dp), allocatable :: weight(:, :)      !! of each direction of each node [-]; not allocated where all are 1
    contains
@@ -29,7 +29,7 @@ contains
       integer, intent(in) :: nodes(:)            !! with degrees of freedom
       logical, intent(in) :: fixed(:, :)         !! which are no unknowns, (directions, n_nodes)
       type(numbering_t), intent(out) :: numbering
-      integer, allocatable, intent(in), optional :: group(:, :) !! with which others one is an unknown, 0 for none, (directions, n_nodes)
+      integer, allocatable, intent(in), optional :: group(:, :) !! shared unknown of each, 0 for none, (directions, n_nodes)
       real(dp), allocatable, intent(in), optional :: weight(:, :) !! of these [-]
       integer, allocatable :: of_group(:)
       integer :: k, d, last, n_groups
@@ -67,7 +67,7 @@ contains
       end do
    end subroutine number_unknowns
 
-   !> What a field of the nodes has at the unknowns, by weight of those that are one.
+   !> Field of the nodes at the unknowns, shared ones weighted.
    pure function gather(self, field) result(x)
       class(numbering_t), intent(in) :: self
       real(dp), intent(in) :: field(:, :)        !! (directions, n_points)
@@ -87,7 +87,7 @@ contains
       end do
    end function gather
 
-   !> Give a field of the nodes what the unknowns are; it stays elsewhere.
+   !> Set a field of the nodes to the unknowns; it stays elsewhere.
    pure subroutine scatter(self, x, field)
       class(numbering_t), intent(in) :: self
       real(dp), intent(in) :: x(:)
@@ -101,7 +101,7 @@ contains
       end do
    end subroutine scatter
 
-   !> The nodes with degrees of freedom on which values in some elements depend, in the order in which these come to them.
+   !> The nodes with degrees of freedom on which values in some elements depend, in the order of first occurrence.
    pure subroutine nodes_of_elements(grid, elements, nodes)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: elements(:)

@@ -1,8 +1,8 @@
-!> What of a body is in each piece of a leaf, as integrals of polynomials over it: the area and the moments by which particles of quadratic
-!> cells are weighed (`hampm_quadratic_points`).
+!> Integrals of polynomials over the part of a body in each piece of a leaf: the area and the moments for the weights of particles
+!> of quadratic cells (`hampm_quadratic_points`).
 !>
-!> The square of the leaf is divided into quarters, and these again, until few straight lines run through each, of cracks or edges: these
-!> cut it into convex polygons, over which polynomials are integrated exactly. A circle is a polygon of its area.
+!> The square of the leaf is quartered until few straight lines, of cracks or edges, run through each square: these cut it into
+!> convex polygons, over which polynomials are integrated exactly. A circle is a polygon of its area.
 module hampm_piece_moments
    use hampm_kinds, only: dp, ndim, plane
    use hampm_basis, only: points_of_quadratic, quadratic_functions, quadratic_gradients
@@ -17,8 +17,8 @@ module hampm_piece_moments
 
    integer, parameter :: n_polynomials = 13, n_of_gradients = 8
 
-   !> Degrees in x and y of the polynomials, products of those of Legendre. The first eight are those of which gradients of biquadratic functions
-   !> are made; all together those of linear stress times these.
+   !> Degrees in x and y of the polynomials, products of Legendre polynomials. The first eight span gradients of biquadratic
+   !> functions; all together span products of linear stress with these.
    integer, parameter :: degree(plane, n_polynomials) = reshape([0, 0, 1, 0, 0, 1, 1, 1, 2, 0, 0, 2, 2, 1, 1, 2, &
                                                                2, 2, 3, 0, 0, 3, 3, 1, 1, 3], [plane, n_polynomials])
    integer, parameter :: most_divisions = 7      !! of a leaf
@@ -46,8 +46,8 @@ contains
       value = [(p(degree(1, k), 1)*p(degree(2, k), 2), k=1, n_polynomials)]
    end function polynomials_at
 
-   !> Integrals of the gradients of the biquadratic functions, by local coordinates, over what has these moments, over the area of the leaf [-]:
-   !> by their coefficients, which follow from integrals over the whole leaf by three points in each direction.
+   !> Integrals of the gradients of the biquadratic functions, by local coordinates, over a region with these moments, over the area
+   !> of the leaf [-]: by their coefficients, from integrals over the whole leaf by three points in each direction.
    pure function integrals_of_gradients(moments) result(integrals)
       real(dp), intent(in) :: moments(:)         !! of the polynomials [-]
       real(dp) :: integrals(points_of_quadratic, ndim)
@@ -62,7 +62,7 @@ contains
          end do
       end do
    contains
-      !> Those of which gradients are made.
+      !> Polynomials that span gradients.
       pure function first_polynomials(xi) result(value)
          real(dp), intent(in) :: xi(ndim)
          real(dp) :: value(n_of_gradients), every(n_polynomials)
@@ -71,8 +71,8 @@ contains
       end function first_polynomials
    end function integrals_of_gradients
 
-   !> The same of material around an axis: integrals of r times the gradients, to which functions themselves come in the first direction, over the area
-   !> of the leaf [m]: what rings of uniform stress, the same in both directions of the first row, give to the points. Of the polynomials all are needed.
+   !> The same around an axis: integrals of r times the gradients plus, in the first direction, the functions, over the area of the
+   !> leaf [m]: forces on the points by uniform stress, equal in both directions of the first row. All polynomials are needed.
    pure function integrals_in_ring(moments, lower, edge) result(integrals)
       real(dp), intent(in) :: moments(:)         !! of the polynomials [-]
       real(dp), intent(in) :: lower, edge        !! least radius of the leaf, and its size [m]
@@ -92,7 +92,7 @@ contains
       end do
    end function integrals_in_ring
 
-   !> Integrals of the polynomials over what is in each piece of a leaf, of a body if its outline is given, over the area of the leaf [-],
+   !> Integrals of the polynomials over each piece of a leaf, within a body if its outline is given, over the area of the leaf [-],
    !> (polynomials, pieces).
    pure function moments_of_pieces(cut, forest, leaf, body) result(moments)
       type(cut_cells_t), intent(in) :: cut
@@ -140,7 +140,7 @@ contains
       end do
    end subroutine add_sides
 
-   !> Add what is in a square of a leaf.
+   !> Add the material in a square of a leaf.
    pure recursive subroutine add_square(cut, forest, leaf, segment, lower, edge, divisions, moments, body)
       type(cut_cells_t), intent(in) :: cut
       type(forest_t), intent(in) :: forest
@@ -166,7 +166,7 @@ contains
       call add_parts(cut, forest, leaf, corner, segment(:, :, met), moments, body)
    end subroutine add_square
 
-   !> Add the parts into which lines divide a convex polygon. A line that ends in it divides as a longer one: each part is in one piece.
+   !> Add the parts into which lines divide a convex polygon. A line that ends in it divides all of it: each part is in one piece.
    pure recursive subroutine add_parts(cut, forest, leaf, points, line, moments, body)
       type(cut_cells_t), intent(in) :: cut
       type(forest_t), intent(in) :: forest

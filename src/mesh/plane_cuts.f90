@@ -1,10 +1,10 @@
 !> Cracks in planes of a grid, as the grid has them; of solids only.
 !>
 !> A face of a leaf in the plane is bonded where it is not cracked, by points (`hampm_plane_points`). Nodes of faces that are
-!> cracked in part are open: inside of a body they have a copy for what is below the plane, and on a plane of symmetry nothing holds
-!> them along the normal. All other nodes hold the faces together by themselves.
+!> cracked in part are open: inside of a body they have a copy for the material below the plane, and on a plane of symmetry nothing
+!> holds them along the normal. All other nodes hold the faces together by themselves.
 !>
-!> What is bonded begins behind the front, by a part of a cell: with points as soft as cells, which leave the least difference
+!> The bonded part begins behind the front, by a part of a cell: with points as soft as cells, which give the least difference
 !> between places of the front in a cell, the crack is longer than without by just this (docs/explanation/solids.md).
 module hampm_plane_cuts
    use hampm_kinds, only: dp, ndim, long
@@ -15,7 +15,7 @@ module hampm_plane_cuts
    private
    public :: plane_cut_t, find_open_nodes, find_unbonded, open_more, has_face_in
 
-   real(dp), parameter :: margin = 0.27_dp       !! by which what is bonded reaches behind the front [cells]
+   real(dp), parameter :: margin = 0.27_dp       !! reach of the bonded part behind the front [cells]
 
    !> A crack in a plane.
    type, extends(region_t) :: plane_cut_t
@@ -23,7 +23,7 @@ module hampm_plane_cuts
       logical :: moves = .false.                 !! whether its fronts do while the mesh stays
       real(dp) :: friction = 0                   !! coefficient [-]
       integer(long) :: at = 0                    !! place of the plane along its axis
-      type(region_t), allocatable :: unbonded(:) !! of faces of each level, from 0 on: what is not bonded
+      type(region_t), allocatable :: unbonded(:) !! of faces of each level, from 0 on: the part not bonded
       type(place_table_t) :: open                !! places of the nodes that are open, and of middles of edges and faces
    contains
       procedure :: is_open
@@ -34,7 +34,7 @@ module hampm_plane_cuts
 
 contains
 
-   !> Find what of the faces of each level is not bonded.
+   !> Find the unbonded part of the faces of each level.
    pure subroutine find_unbonded(cut, forest)
       type(plane_cut_t), intent(inout) :: cut
       type(forest_t), intent(in) :: forest
@@ -46,7 +46,7 @@ contains
       end do
    end subroutine find_unbonded
 
-   !> Whether cracks that have grown open other nodes than they did when the mesh was made. Faces that they come to have an open node already.
+   !> Whether growth opens nodes that were closed when the mesh was made. Newly reached faces have an open node already.
    pure logical function open_more(cuts, forest) result(more)
       type(plane_cut_t), intent(in) :: cuts(:)
       type(forest_t), intent(in) :: forest

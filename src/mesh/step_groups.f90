@@ -1,11 +1,11 @@
 !> Which cells take which time step, where it fits their size: cells of group g take 2**g of the finest steps at once.
 !>
-!> A cell's group is how often its size is twice that of the smallest one with particles. Next to cells of the next finer group a
-!> layer of cells takes the step of that group: a buffer, without which the step that is stable would be shorter. So groups of cells
-!> that share a node differ by one at most.
+!> A cell's group is the binary logarithm of its size over the smallest one with particles. Next to cells of the next finer group a
+!> layer of cells takes the step of that group: a buffer, without which the stable step would be shorter. So groups of cells that
+!> share a node differ by one at most.
 !>
 !> The intervals of nodes follow: a node gets forces as often as the finest cell around it exerts them, and its velocity changes as
-!> often as that of any particle around it is known to.
+!> often as the velocity of any particle around it is known to.
 module hampm_step_groups
    use hampm_grid, only: grid_t
    implicit none
@@ -50,7 +50,7 @@ contains
       call limit_groups(grid, occupied, groups%largest, groups)
    end subroutine find_groups
 
-   !> Let no cell take a longer step than those of a group, and find the intervals.
+   !> Limit the steps of cells to the step of a group, and find the intervals.
    pure subroutine limit_groups(grid, occupied, limit, groups)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: occupied(:)
