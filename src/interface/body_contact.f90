@@ -1,22 +1,15 @@
-!> Contact between bodies, each with its own velocity field on a velocity field of the grid (`hampm_grid`).
+!> Contact between bodies, each on its own velocity field of the grid (`hampm_grid`).
 !>
-!> Copies of a node on two velocity fields that both have mass are a pair. Around it the bodies have one normal n, from the first to the second,
-!> and a gap g, both by the extents of their particles at t^n (`hampm_body_extents`), not by their being in one cell. Where the velocities
-!> w that move the particles would close the gap, w changes by equal and opposite impulses J so that the bodies just meet,
+!> Copies of a node on two velocity fields that both have mass are a pair, with one normal n, from the first body to the second, and
+!> a gap g, both by the extents of their particles at t^n (`hampm_body_extents`). Where the velocities w that move the particles
+!> would close the gap, equal and opposite impulses J change w by the lumped masses so that the bodies just meet (momentum is
+!> exact):
 !>
-!>    (w2 - w1) . n = -g/dt,   and 0 where they touch or overlap,
+!>    (w2 - w1) . n = -g/dt,   and 0 where they touch or overlap.
 !>
-!> by the lumped masses, whatever the mass matrix: the particles are kicked by the changes over dt, and sum_p m_p N_i is the lumped mass,
-!> so that momentum is exact. Tangentially the impulse is what it takes to stick, but with friction no more than the coefficient
-!> times the normal one, and none without. Bodies that part are never held.
-!>
-!> The velocities of a pair as they are mapped, v^n and those that strain the particles in musl and usavg, are means each over its own side.
-!> In a smooth field they differ; exchanged for what they have in common they would act as a viscosity of the surface. So where a pair
-!> touched in the last step, or in this one, they are set to what both have in common, and particles are not kicked by that.
-!>
-!> Where the impulse acts for dt the bodies move past each other with the mean of v^n and w, so that it takes
-!> -J . ((v2 - v1)^n + (w2 - w1))/2 of their energy: tangentially what friction takes, normally what bodies lose that meet, as each node
-!> meets the other as an inelastic point does: that of a cell at the surface, less with smaller cells.
+!> Tangentially the impulse is what sticking needs, with friction at most the coefficient times the normal one. Mapped velocities of
+!> a pair in touch get their common part, or they would act as a viscosity of the surface. J takes -J . ((v2 - v1)^n + (w2 - w1))/2
+!> of the energy: tangentially by friction, normally as nodes that meet do so inelastically (docs/explanation/contact.md).
 module hampm_body_contact
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -54,7 +47,7 @@ module hampm_body_contact
       integer :: n = 0                           !! number of pairs
       type(body_pair_t), allocatable :: pair(:)  !! (n)
       integer, allocatable :: first(:)           !! pairs at one place follow each other: the first of each place, and n + 1
-      real(dp) :: force(ndim) = 0                !! of what is on the first velocity field on all others, in the last step [N]
+      real(dp) :: force(ndim) = 0                !! on all others of the bodies on the first velocity field, in the last step [N]
       real(dp) :: loss = 0                       !! energy that bodies have lost by meeting [J]
       real(dp) :: friction_loss = 0              !! energy taken by friction [J]
       integer, private :: layout = -1            !! of the mass matrix when the pairs were listed
@@ -77,7 +70,7 @@ contains
       call grid%copies_of_nodes(c%copies)
    end subroutine rebuild_body_contact
 
-   !> List the pairs, after particles have come to other cells. Those that were there are as they were.
+   !> List the pairs, after particles have changed cells. Old pairs are unchanged.
    subroutine find_body_pairs(c, grid, f)
       type(body_contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
@@ -163,8 +156,8 @@ contains
       end do
    end subroutine find_gaps
 
-   !> Let pairs that touch have what they have in common of a mapped velocity, `v_n` or `v_mapped`: the normal component, and all where
-   !> they stick.
+   !> Give pairs in touch their common part of a mapped velocity, `v_n` or `v_mapped`: the normal component, and all where they
+   !> stick.
    subroutine share_between_bodies(c, grid, free, f, which)
       type(body_contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
@@ -193,8 +186,8 @@ contains
       if (any(c%pair%state /= apart)) call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, which))
    end subroutine share_between_bodies
 
-   !> Keep the bodies from interpenetrating: change accelerations and new velocities of the pairs that would, and book what bodies
-   !> lose by it.
+   !> Keep the bodies from interpenetrating: change accelerations and new velocities of the pairs that would, and book the loss of
+   !> the bodies.
    subroutine separate_bodies(c, grid, free, dt, f)
       type(body_contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
@@ -255,14 +248,14 @@ contains
          call push(a, b, free, f, impulse/dt, f%acceleration)
          way = (pair%slip + velocity(:, b) - velocity(:, a))/2
          along = dot_product(impulse, n)*n
-         if (c%always_sticks) along = impulse    ! nothing slides: what is lost is lost by meeting
+         if (c%always_sticks) along = impulse    ! nothing slides: all loss is by meeting
          c%loss = c%loss - dot_product(along, way)
          c%friction_loss = c%friction_loss - dot_product(impulse - along, way)
          if (pair%of_first) c%force = c%force + impulse/dt
       end associate
    end subroutine meet
 
-   !> By how much two nodes change their relative velocity under a unit impulse in each direction: those that are held do not [1/kg].
+   !> Change of the relative velocity of two nodes under a unit impulse in each direction; 0 for nodes that are held [1/kg].
    pure function yielding(a, b, free, f) result(give)
       integer, intent(in) :: a, b
       real(dp), intent(in) :: free(:, :)
@@ -281,7 +274,7 @@ contains
       if (dot_product(n, give*direction) > 0) impulse = (after - before)/dot_product(n, give*direction)
    end function impulse_along
 
-   !> The impulse that changes the relative velocity from one to another [N s], but for components in which nothing yields.
+   !> The impulse that changes the relative velocity from one to another [N s]; 0 for components in which nothing yields.
    pure function impulse_to_stick(give, before, after) result(impulse)
       real(dp), intent(in) :: give(ndim)         !! see `yielding`
       real(dp), intent(in) :: before(ndim), after(ndim) !! [m/s]
@@ -301,7 +294,7 @@ contains
       field(:, b) = field(:, b) + free(:, b)*f%mass_matrix%inverse_lumped(b)*impulse
    end subroutine push
 
-   !> Keep which pairs touch, and what contact has taken.
+   !> Archive the pairs in touch, and the losses of contact.
    subroutine archive_body_contact(c, archive)
       type(body_contact_t), intent(inout) :: c
       class(archive_t), intent(inout) :: archive

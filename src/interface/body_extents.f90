@@ -1,20 +1,15 @@
-!> How near two bodies are to each other around a node, and in which direction, by the extents of their particles.
+!> Gap and normal of two bodies around a node, by the extents of their particles (docs/explanation/contact.md, solids.md).
 !>
-!> A particle reaches from its place as far as the part of the body that it stands for, deformed with it: a parallelogram with the half
-!> sides h_d = F e_d l_d/2, which in a direction n reaches sum_d |n . h_d|, and no farther than the outline of the body, where it has one.
+!> A particle reaches as far as its part of the body, deformed with it: a parallelogram with the half sides h_d = F e_d l_d/2, which
+!> in a direction n reaches sum_d |n . h_d|, and no farther than the outline of the body. The normal is that of the line which
+!> separates the particles of both bodies with the widest margin, one for both (collinear, as Lemiale, Hurmane & Nairn 2010 and
+!> Nairn 2013 make the normals; gradients of mass or volume, Bardenhagen et al. 2001, turn by ten degrees and more; Nairn,
+!> Hammerquist & Smith 2020 find such a line by logistic regression). The gap is the distance of both surfaces in that direction, on
+!> the line through the node: upper hulls of the extents. The widest margin would be less where surfaces curve.
 !>
-!> The direction is that in which the particles of both bodies around the node can be told apart best: the normal of the line
-!> between them that leaves the widest margin. It is one for both, so that what they exchange is, too (collinear, as Lemiale, Hurmane &
-!> Nairn 2010 and Nairn 2013 make the normals). Gradients of mass or volume (Bardenhagen, Guilkey, Roessig, Brackbill, Witzel & Foster
-!> 2001) turn by ten degrees and more at corners and wherever a row of particles changes cells, and with them friction does. A line
-!> between particles is that of Nairn, Hammerquist & Smith (2020), who find theirs by logistic regression.
-!>
-!> The gap is the distance of the surfaces of both bodies, in that direction, where the line through the node meets them: of each the
-!> upper hull of what its particles reach to. The widest margin would be less, where surfaces curve, by what they curve in a cell.
-!>
-!> In space both are of hulls over a place, which the simplex method finds (`hull_t`): the gap by those of the particles. The margin in a direction n + g
-!> is the least of (n + g) . v of all places v of one body from places of the other. That is greatest, of the planes below all v, for the one which is
-!> the highest over the origin: so a hull of the v, of which only those are asked for that are beyond a plane, gives the direction to turn n to.
+!> In space the simplex method finds both (`hull_t`). The margin in a direction n + g is the least (n + g) . v of all places v of
+!> one body from places of the other; it is greatest for the highest plane, of those below all v, over the origin, which gives the g
+!> to turn n by.
 module hampm_body_extents
    use hampm_kinds, only: dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t
@@ -27,7 +22,7 @@ module hampm_body_extents
    private
    public :: extents_t, gather_extents, find_normal_and_gap
 
-   !> How far a particle reaches.
+   !> Extent of a particle.
    type :: extent_t
       integer :: particle = 0                    !! its number
       real(dp) :: place(ndim) = 0                !! from the node [m]
@@ -42,7 +37,7 @@ module hampm_body_extents
       real(dp) :: toward(ndim) = 0               !! sum of place times volume [m4]
    end type extents_t
 
-   !> The part of a hull that is over the origin, of `ndim` corners, and its plane. Low corners far from it bound the slopes of that.
+   !> The part of a hull over the origin, of `ndim` corners, and its plane. Low corners far away bound the slopes of the plane.
    type :: hull_t
       real(dp) :: way = 0, low = 0               !! place along an axis, either way, and height of the far ones [m]
       real(dp) :: corner(ndim, ndim) = 0         !! 1 and the place [m], of each
@@ -52,7 +47,7 @@ module hampm_body_extents
    end type hull_t
 
    real(dp), parameter :: pi = acos(-1.0_dp)
-   integer, parameter :: looks = 8               !! for the normal, on each side of the way from the middle of one to that of the other
+   integer, parameter :: looks = 8               !! directions tried, on each side of the line from middle to middle
    real(dp), parameter :: turn = pi/(2*looks)    !! from one to the next [rad]
    integer, parameter :: sections = 36           !! of the angle around the best of these, by the golden section: to rounding
    real(dp), parameter :: far = 0.5_dp           !! cells: bodies farther apart do not meet in a step
@@ -62,7 +57,7 @@ module hampm_body_extents
 
 contains
 
-   !> Gather the particles in the elements at a node; where they have domains, those of which a corner is there.
+   !> Gather the particles in the elements at a node; with domains, the ones with a corner there.
    subroutine gather_extents(grid, p, blocks, map, node, e)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
@@ -102,7 +97,7 @@ contains
       if (e%n == size(e%list)) e%list = [e%list, e%list]
       e%n = e%n + 1
       side = spacing_of(p, i)
-      if (p%has_outline(p%body(i)) .and. ndim == 2) side = side*sqrt(p%area_of(i)/product(side)) ! where an outline cuts it, one with as much area
+      if (p%has_outline(p%body(i)) .and. ndim == 2) side = side*sqrt(p%area_of(i)/product(side)) ! cut by an outline: of equal area
       associate (new => e%list(e%n))
          new%particle = i
          new%place = p%position(i) - here
@@ -111,7 +106,7 @@ contains
       end associate
    end subroutine add_particle
 
-   !> How far the particles of a body reach in a direction, each by itself.
+   !> Extent of the particles of a body in a direction, each by itself.
    subroutine find_reach(p, normal, e)
       type(particles_t), intent(in) :: p
       real(dp), intent(in) :: normal(ndim)
@@ -141,7 +136,7 @@ contains
       end do
    end subroutine find_reach
 
-   !> What becomes a vector in the deformed body: F**(-1) v.
+   !> Inverse map of a vector of the deformed body: F**(-1) v.
    pure function back(h, v) result(origin)
       real(dp), intent(in) :: h(ndim, ndim)      !! F - I
       real(dp), intent(in) :: v(ndim)
@@ -277,7 +272,7 @@ contains
       gap = -height_over(a, normal, cell) - height_over(b, -normal, cell)
    end subroutine find_in_space
 
-   !> The components of a vector across a direction: along two axes that are at right angles to it, turned with it from those of the grid.
+   !> Components of a vector across a direction, along two axes at right angles to it, turned with it from those of the grid.
    pure function across(normal, v) result(components)
       real(dp), intent(in) :: normal(ndim), v(ndim)
       real(dp) :: components(ndim - 1)
@@ -345,7 +340,7 @@ contains
       hull%plane = matmul(inverse_transpose(hull%corner), hull%height)
    end subroutine take_corner
 
-   !> Height of the surface of a body over a node, as `surface` has it in a plane: along an axis beyond whose last particles the node is, the most [m].
+   !> Height of the surface of a body over a node, as `surface` in a plane: beyond the last particles along an axis the largest [m].
    pure real(dp) function height_over(e, normal, cell) result(height)
       type(extents_t), intent(in) :: e
       real(dp), intent(in) :: normal(ndim), cell
@@ -386,8 +381,8 @@ contains
       normal = in_plane(cos(angle), sin(angle))
    end function direction
 
-   !> Height of the surface of a body over a node: the upper hull of what its particles reach to. Where all are on one side, what they
-   !> reach to at most [m].
+   !> Height of the surface of a body over a node: the upper hull of the extents of its particles. If all are on one side, their
+   !> largest extent [m].
    pure real(dp) function surface(e)
       type(extents_t), intent(in) :: e
       integer :: i, j

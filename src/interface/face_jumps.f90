@@ -1,6 +1,6 @@
 !> The jump of the displacement across a crack that cuts cells, by the particles on both of its sides.
 !>
-!> A small piece of a cell may have no particle. Then those of the cells next to it on its side stand for them.
+!> A small piece of a cell may have no particle. Particles of the cells next to it on its side represent it then.
 module hampm_face_jumps
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: both_faces
@@ -47,8 +47,8 @@ contains
       end if
    end function faces_at
 
-   !> The elements whose particles tell how an element moves: itself or, where it has none, the other quarters of its piece, of quadratic cells and
-   !> beside finer ones, or else those of other leaves that have an edge in common with it or, where none has, a corner.
+   !> The elements whose particles give the motion of an element: itself or, if empty, the other quarters of its piece (of quadratic
+   !> cells and beside finer ones), or else elements of other leaves that share an edge with it or, if none does, a corner.
    pure function carriers_of(m, e, by_edges) result(carriers)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: e
@@ -79,8 +79,8 @@ contains
       end associate
    end function carriers_of
 
-   !> The element by whose nodes what is at a place in an element moves: itself or, where it has no particles, that of those that carry it
-   !> which is nearest. Its shape functions, continued beyond its edge, still are those of any linear field.
+   !> The element whose nodes move a place in an element: itself or, if empty, the nearest of its carriers. Its shape functions,
+   !> extrapolated, are still exact for linear fields.
    pure integer function nearest_carrier(m, e, x) result(nearest)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: e
@@ -103,7 +103,7 @@ contains
       allocate (place%right, source=particles_of(m, elements(2)))
    end function place_between
 
-   !> Displacement of the left face less that of the right one [m]; on a symmetry plane that of the only face, half of the opening.
+   !> Displacement of the left face less the right one [m]; on a symmetry plane of the only face, half of the opening.
    pure function jump(self, p)
       class(place_of_faces_t), intent(in) :: self
       type(particles_t), intent(in) :: p
@@ -125,8 +125,8 @@ contains
       jump = place%jump(m%particles)
    end function jump_between
 
-   !> Size of the cells at a place between faces, in the mean of these, and stiffness of a layer there for each area: that of its
-   !> halves, each of the material and the cell of its face, one behind the other. On a symmetry plane there is one of them.
+   !> Mean size of the cells at a place between faces, and stiffness of a layer there per area: of its halves in series, each of the
+   !> material and the cell of its face. On a symmetry plane there is one of them.
    pure subroutine find_half_stiffness(m, e, x, firmness, cell, stiffness)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: e(faces)            !! see `faces_at`
@@ -152,12 +152,12 @@ contains
       stiffness = merge(2, 1, m%grid%is_quadratic())/compliance
    end subroutine find_half_stiffness
 
-   !> By how much the faces of a line have turned, in the mean of the particles beside them, counter-clockwise [rad].
+   !> Rotation of the faces of a line, in the mean of the particles beside them, counter-clockwise [rad].
    pure real(dp) function turn_between(m, elements, normal) result(turn)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: elements(faces)     !! see `faces_at`
       real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
-      real(dp) :: first(ndim), now(ndim)         ! unit vector along the line, and what has become of it
+      real(dp) :: first(ndim), now(ndim)         ! unit vector along the line, at first and now
       integer, allocatable :: list(:)
       integer :: i
       first = quarter_turn(-normal)
@@ -169,8 +169,8 @@ contains
       turn = atan2(first(1)*now(2) - first(2)*now(1), dot_product(first, now))
    end function turn_between
 
-   !> The particles that tell how an element moves, of those elements whose particles do; none without an element. Of a quarter of a quadratic
-   !> cell they are those on its edges as well, to whichever quarter rounding counts them.
+   !> The particles that give the motion of an element; none without an element. Those of a quarter of a quadratic cell include the
+   !> ones on its edges, whichever quarter has them by rounding.
    pure function particles_of(m, e) result(list)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: e                   !! 0 for none
@@ -187,7 +187,7 @@ contains
       end do
    end function particles_of
 
-   !> Add the particles in an element to a list that does not have them, in a quarter of a quadratic cell those on its edges as well.
+   !> Add the particles in an element to a list, without doubles; in a quarter of a quadratic cell also those on its edges.
    pure subroutine add_particles(m, element, list)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: element
@@ -211,7 +211,7 @@ contains
       end do
    end subroutine add_particles
 
-   !> Where what is at a place was in the reference configuration, by some particles: the mean of what each tells [m].
+   !> Reference position of a place, by some particles: the mean of their estimates [m].
    pure function origin_of(p, list, x) result(origin)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: list(:)             !! their numbers
@@ -227,7 +227,7 @@ contains
       end do
    end function origin_of
 
-   !> Displacement at a place by some particles: the mean of what each tells [m].
+   !> Displacement at a place by some particles: the mean of their estimates [m].
    pure function displacement_at(p, list, x) result(u)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: list(:)             !! their numbers

@@ -1,20 +1,15 @@
-!> What holds small cut cells of cells, as cracks or edges of bodies leave them: a few particles resist next to nothing of how the nodes of a piece may
-!> move, and move with next to none of it. A load on them would move these without end, and the steps of the run would have to be as short.
+!> Ghost penalty of small cut cells, at cracks or edges of bodies: their few particles leave motions of nodes nearly free, with next
+!> to no mass (docs/explanation/theory.md).
 !>
-!> On a side that a small piece has in common with another one, the jumps of the derivatives of the displacement normal to the side, up to the order p of the cells,
-!> are held by interface points at the points of Gauss, and in motion have a mass:
+!> On a side between a small piece and another one, interface points at the points of Gauss hold the jumps of the normal derivatives
+!> of the displacement up to the order p of the cells, and have a mass in motion:
 !>
-!>    energy = g E' t  sum over k of c_k h**(2 k - 1) integral over the side of |jump of d^k u/dn^k|**2 ds/2,   c_1 = 1/3, c_2 = 1/20,
-!>    and with the velocity, g rho t and h**(2 k + 1) in the place of these;
+!>    energy = g E' t sum over k of c_k h**(2 k - 1) integral over side of |jump of d^k u/dn^k|**2 ds/2,   c_1 = 1/3, c_2 = 1/20,
+!>    and with the velocity, g rho t and h**(2 k + 1) in the place of these.
 !>
-!> E' being the modulus of the plane, t the thickness and h the size of the finer cell. Between two materials it is the larger modulus and density. So the field of a full cell
-!> is continued into the pieces beside it, and by these to others. A polynomial of the order of the cells has no such jump: nothing holds it, nor has it a mass beside that
-!> of the particles. By the c_k energies are those of the differences of both continued fields in a cell, times g. p + 1 points of Gauss integrate them exactly.
-!>
-!> What jumps by itself has the frequency c/h, times the root of g of the stiffness over that of the mass: it is to be above that of waves that cells resolve.
-!>
-!> Sources: Burman, Ghost penalty, Comptes Rendus Mathematique 348 (2010) 1217-1220. Sticko & Kreiss, A stabilized Nitsche cut element method for the
-!> wave equation, Computer Methods in Applied Mechanics and Engineering 309 (2016) 364-387.
+!> E' is the plane modulus, t the thickness, h the size of the finer cell; of two materials the larger modulus and density count. A
+!> polynomial of the order of the cells has no jump. Sources: Burman, Comptes Rendus Mathematique 348 (2010) 1217-1220; Sticko &
+!> Kreiss, Computer Methods in Applied Mechanics and Engineering 309 (2016) 364-387.
 module hampm_ghost_penalty
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: derivatives_along, hourglass_functions, n_hourglasses, hourglass_directions
@@ -30,21 +25,17 @@ module hampm_ghost_penalty
    public :: stabilise_small_cut_cells, hold_lone_particles, fills_of_pieces, are_nearly_empty, enough_alone
 
    real(dp), parameter :: enough = 0.9_dp        !! part of a cell from which on a piece holds itself
-   real(dp), parameter :: enough_alone = 0.6_dp  !! with which a quadratic one moves by itself, where none on its side of the crack is fuller
-   real(dp), parameter :: at_cracks = 0.01_dp    !! g of pieces that cracks leave, which hold a particle at least: ten times less lets nodes move
-                                                 !! by 1.4 times as much, ten times more makes cracks shorter by a tenth of a cell; of all pieces of quadratic cells
-   real(dp), parameter :: at_edges = 0.1_dp      !! of linear ones at edges of bodies, which may be as thin as one likes under all of a load, less what they fill: a
-                                                 !! piece has that part of the stiffness of a cell by itself. With ten times less the energy of
-                                                 !! rings with three levels was up to 5 % too large (docs/explanation/cracks.md); 0.1 at all makes beams across the
-                                                 !! grid stiffer by 0.2 % and the stress at small holes lower by 2 %
-   real(dp), parameter :: in_steps = 1.0_dp      !! of those in explicit steps of usl that are filled by less than `least_fill`: nodes of such a piece alone have so
-                                                 !! little mass that its stress would throw them about, and have to move as the field continued to them. With 0.1
-                                                 !! some do not
-   real(dp), parameter :: lightness = 0.3_dp     !! g of the mass over that of the stiffness, of quadratic cells, which resolve waves of the frequency c/h: with
-                                                 !! 1 K of a crack that a step of tension meets is off by 0.76 % instead of 0.30, with 0.1 steps of
-                                                 !! faces that touch on slivers are shorter by 3 % (docs/explanation/quadratic.md)
-   real(dp), parameter :: soft = 0.05_dp         !! part of the modulus that holds how a cell with one particle is bent where material yields or relaxes: with 1 the work
-                                                 !! of a plastic beam of 4 cells is 35 % too large, with 0.05 1 % too small
+   real(dp), parameter :: enough_alone = 0.6_dp  !! the same of a quadratic one with no fuller one on its side
+   real(dp), parameter :: at_cracks = 0.01_dp    !! g of pieces at cracks, and of all pieces of quadratic cells: a tenth
+                                                 !! of it is too soft, ten times shorten cracks (docs/explanation/cracks.md)
+   real(dp), parameter :: at_edges = 0.1_dp      !! g of linear pieces at edges of bodies, less their filled part: these
+                                                 !! may be arbitrarily thin under all of a load (docs/explanation/cracks.md)
+   real(dp), parameter :: in_steps = 1.0_dp      !! g in explicit steps of usl of pieces filled by less than `least_fill`:
+                                                 !! their nodes have little mass and must follow the extrapolated field
+   real(dp), parameter :: lightness = 0.3_dp     !! g of the mass over g of the stiffness, of quadratic cells, which resolve
+                                                 !! waves of the frequency c/h (docs/explanation/quadratic.md)
+   real(dp), parameter :: soft = 0.05_dp         !! part of the modulus against bending of cells with one particle if
+                                                 !! it yields or relaxes: work of a plastic beam +35 % with 1, -1 % with this
    real(dp), parameter :: part_of_jump(2) = [1/3.0_dp, 1/20.0_dp] !! c_k
 
    !> Points of Gauss of a side, from 0 to 1, by the order p of the cells, and their weights.
@@ -126,7 +117,7 @@ contains
             density(e) = density(first)
             if (fill(first) < enough .and. .not. m%grid%aggregated_nodes%has_root_cell(m%grid%element_leaf(e))) g(e) = g_of(e)
             if (g(e) > 0) at_small(at) = .true.
-            is_held(e) = is_filled(e)            ! an empty one passes on, but not to nodes that nothing moves, nor around the end of a crack in a hole
+            is_held(e) = is_filled(e)            ! empty cells pass on, but not to free nodes, nor around a crack tip in a hole
             if (.not. is_held(e)) is_held(e) = all(moves(at) .and. at <= m%grid%n_nodes) .and. &
                                                .not. m%grid%is_cut(m%grid%element_leaf(e))
          end associate
@@ -169,9 +160,9 @@ contains
       end function g_of
    end subroutine stabilise_small_cut_cells
 
-   !> Hold how cells with one particle are bent, which that does not feel, at rest and in implicit steps: by the modulus of the plane a cell is as stiff in
-   !> bending as its material, and neither shear nor nu makes it stiffer. A linear field is not held. Source: Belytschko & Bindeman, Assumed strain stabilization of the 4-node quadrilateral with
-   !> 1-point quadrature for nonlinear problems, Computer Methods in Applied Mechanics and Engineering 88 (1991) 311-340.
+   !> Hold the bending of cells with one particle, which gives it no stress, in equilibrium and implicit steps: with the plane
+   !> modulus a cell bends as its material, without locking by shear or nu. Linear fields are free. Source: Belytschko & Bindeman,
+   !> Computer Methods in Applied Mechanics and Engineering 88 (1991) 311-340 (assumed strain stabilization).
    pure subroutine hold_lone_particles(interfaces, m)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
@@ -202,7 +193,7 @@ contains
       end do
    end subroutine hold_lone_particles
 
-   !> The last cell with material of those that are small and that nothing joins to one that is not; 0 where there is none.
+   !> The last small cell with material that is joined to no larger one; 0 if there is none.
    pure integer function alone_of(held, is_filled, is_small) result(alone)
       type(disjoint_sets_t), intent(in) :: held  !! sets of cells that are joined
       logical, intent(in) :: is_filled(:), is_small(:) !! by the first element of each cell
@@ -218,9 +209,9 @@ contains
       end do
    end function alone_of
 
-   !> The cells beyond a side of one whose material is joined to its, those that have both ends of the side in common with it, or the nodes on which
-   !> these hang, and are larger or, of as large ones, above: each side, or part of one beside finer cells, is found once. Ahead of a crack there are two,
-   !> the pieces of the cell in which it ends.
+   !> The cells beyond a side of a cell, with material joined to its own: they share both ends of the side, or the nodes on which
+   !> these hang, and are larger or, if equal, above: each side, or part of one beside finer cells, is found once. Ahead of a crack
+   !> there are two, the pieces of the cell in which it ends.
    pure function beyond(grid, e, side) result(others)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: e                   !! a linear element, or the first of a quadratic cell

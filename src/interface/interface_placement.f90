@@ -1,19 +1,15 @@
-!> Where the interface points between the sides of cracks are (`hampm_interface_points`), on each new grid: layers of them in the leaves that
-!> cracks end in, as cohesive points, along cracks whose faces may touch, as contact, and where these hold each other, as cohesive.
+!> Placement of the interface points between the sides of cracks (`hampm_interface_points`), on each new grid: layers of bonded
+!> points in the leaves in which cracks end, of contact points where faces may touch, of cohesive points where a cohesive law holds
+!> them.
 !>
-!> The forces with which cohesive points begin where cells are cut through material that bears something: such that the cut changes nothing at that moment.
-!> With them the nodes of both faces have accelerations that do not part them. Of the forces that do this they are those that
-!> differ least from the traction of the material there, whose mean in a cell is less than half of what the node at a tip bears: with that alone
-!> the node would be released by half at once, and K would ring.
+!> Initial forces of bonded points where cells are cut through stressed material, so that the cut changes nothing at that moment:
+!> the accelerations of the nodes of both faces do not separate them,
 !>
-!>    C M**-1 C' x = C M**-1 S f
+!>    C M**-1 C' x = C M**-1 S f,
 !>
-!> with C the shares of the nodes in the openings, M their lumped masses, f the forces on them, S the parts of them that are held, and x what the
-!> forces of the cohesive points lack. A node is held by cohesive points as far as its function reaches along them, over what this is along a side of a
-!> cell: what is behind the tip is free. Least squares of x over the lengths of the cohesive points, damped where cohesive points
-!> are much shorter than a cell and could hold nodes only by tractions without bounds.
-!>
-!> Lumped masses of the nodes that interface points between the faces of cracks hang on, and the forces on these.
+!> with C the weights of the nodes in the openings, M their lumped masses, f the forces on them, S the held part of these, and x the
+!> forces of the points beyond the mean traction of the material. S is the length of a node's function along the points, over its
+!> length along a side of a cell. Least squares of x over the lengths of the points, damped for points much shorter than a cell.
 module hampm_interface_placement
    use hampm_kinds, only: dp, ndim, plane
    use hampm_constraints, only: constraints_t
@@ -38,29 +34,29 @@ module hampm_interface_placement
    private
    public :: openings_t, rebuild_interfaces, find_openings, release_length
 
-   integer, parameter :: points = 4              !! of a layer, those of Gauss
+   integer, parameter :: points = 4              !! points of Gauss in a layer
    real(dp), parameter :: outer = 0.8611363115940526_dp, inner = 0.3399810435848563_dp
    real(dp), parameter :: place(points) = [-outer, -inner, inner, outer] !! in a layer from -1 to 1
    real(dp), parameter :: of_outer = 0.3478548451374538_dp/2, of_inner = 0.6521451548625461_dp/2
    real(dp), parameter :: part(points) = [of_outer, of_inner, of_inner, of_outer] !! of the layer that each stands for
 
-   !> Stiffness of a layer for each area, in E'/h with h the distance of the nodes along the edges of cells. As cohesive points, of 0.3, 1, 3 and 10 the last two leave the least scatter of J between
-   !> places of the tip (docs/explanation/cracks.md).
+   !> Stiffness of a layer per area, in E'/h with h the distance of the nodes along the edges of cells. Of 0.3, 1, 3 and 10 the last
+   !> two leave the least scatter of J between places of the tip (docs/explanation/cracks.md).
    real(dp), parameter :: firmness = 3
 
-   !> What contact without friction between whole cells, whose faces have the same nodes on both sides, is stiffer by: such faces can close everywhere at
-   !> once. Between cut cells that does not converge (of 16 cracks that slip, K_II at 64 cells is off by up to 5.9 %, by 0.2 % without), and friction does not
-   !> find its limits.
+   !> Factor of the stiffness of contact without friction between whole cells, with the same nodes on both sides: such faces can
+   !> close everywhere at once. Between cut cells that does not converge (K_II of 16 sliding cracks is off by up to 5.9 %, by 0.2 %
+   !> without), and friction does not find its limits.
    real(dp), parameter :: of_whole_cells = 1e4_dp
 
    real(dp), parameter :: same = 1e-9_dp         !! distance within which places are the same [cells]
    real(dp), parameter :: least_part = 1e-6_dp   !! of a leaf, that a layer has at least
    real(dp), parameter :: parallel = 1e-3_dp     !! less of a direction along an axis is along a grid line of the other one
 
-   !> The way of a tip, in cells, in which the force of a cohesive point that it has passed falls to 0 (`hampm_nodal_release`).
+   !> Advance of a tip, in cells, in which the force of a bonded point behind it falls to 0 (`hampm_nodal_release`).
    real(dp), parameter :: release_length = 2
 
-   !> Where the faces of a line are looked at. In the total frame these places stay while the mesh does.
+   !> Places at which the openings of a line are sampled. In the total frame they stay while the mesh does.
    type :: openings_t
       integer, private :: layout = -1            !! of the blocks that their particles are in
       type(place_of_faces_t), allocatable, private :: places(:)
@@ -73,7 +69,7 @@ module hampm_interface_placement
       real(dp) :: from(ndim) = 0                 !! [m]
       real(dp) :: to(ndim) = 0                   !! [m]
       real(dp) :: friction = 0                   !! coefficient [-]
-      logical :: certain = .false.               !! whether only openings are asked for, where both pieces have particles of their own
+      logical :: certain = .false.               !! whether only for openings, where both pieces have particles
       integer :: line = 0                        !! number of the crack, of `contact` and `cohesive`
       integer :: tip = 0                         !! number of the tip that moves over it, 0 for none
       real(dp) :: way = 0                        !! of that tip to `from` [m]
@@ -82,7 +78,7 @@ module hampm_interface_placement
 
 contains
 
-   !> Find the interface points of a new grid. The openings of those that are new there are those of the particles beside them.
+   !> Find the interface points of a new grid. New points have the openings of the particles beside them.
    pure subroutine rebuild_interfaces(interfaces, m, constraints)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
@@ -104,7 +100,7 @@ contains
           (m%grid%is_quadratic() .or. .not. interfaces%are_bounded .or. interfaces%strain_last)) &
          call stabilise_small_cut_cells(interfaces, m)
       if (interfaces%are_bounded) interfaces%n_at_end = interfaces%n
-      if (m%grid%is_quadratic()) & ! where what holds small cut cells has a mass
+      if (m%grid%is_quadratic()) & ! ghost penalties of small cut cells have a mass
          interfaces%n_at_end = min(interfaces%n_at_end, merge(faces, supports, interfaces%n_contact + interfaces%n_cohesive > 0))
       if (.not. (interfaces%are_bounded .or. m%grid%is_quadratic())) call hold_lone_particles(interfaces, m)
       call go_on(interfaces, old)
@@ -114,11 +110,11 @@ contains
       end do
    end subroutine rebuild_interfaces
 
-   !> Add the cohesive points of all tips and the contact of all faces.
+   !> Add the bonded points of all tips and the contact of all faces.
    pure subroutine add_interfaces_of_cracks(interfaces, m, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
-      type(interfaces_t), intent(in) :: old    !! the cohesive points of tips that move, as they were
+      type(interfaces_t), intent(in) :: old    !! the last bonded points of moving tips
       logical, allocatable :: begins(:)
       integer :: k, s
       do k = 1, size(m%grid%cut_cells%ends)
@@ -173,11 +169,11 @@ contains
       end associate
    end subroutine add_cohesion
 
-   !> Drop contact where cohesive points are that have failed, whose faces press on each other by themselves.
+   !> Drop contact where bonded points have failed, whose faces press on each other by themselves.
    pure subroutine leave_to_cohesive_points(interfaces, n)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: n                   !! number of interface points before the contact was added
-      real(dp), parameter :: reach = 0.55_dp     ! part of the length for which a cohesive point stands that is on either side of it
+      real(dp), parameter :: reach = 0.55_dp     ! part of the length of a bonded point on either side of it
       integer :: k, s, fraction_left
       fraction_left = n
       do s = n + 1, interfaces%n
@@ -192,9 +188,9 @@ contains
       interfaces%n = fraction_left
    end subroutine leave_to_cohesive_points
 
-   !> Let interface points that are where some have been before go on as these: particles tell of the opening only what a linear field between the
-   !> nodes would, and a mesh that changes somewhere else again and again would let interface points forget the rest of it, and give back other work
-   !> than they took. Faces go on between old places too.
+   !> Transfer the state of old points to new points at the same places: particles give only the opening of a linear field between
+   !> the nodes, and repeated changes of the mesh elsewhere would erase the rest of it and return other work than was put in. Points
+   !> of faces are transferred between old places too.
    pure subroutine go_on(interfaces, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(interfaces_t), intent(in) :: old    !! those on the grid before
@@ -225,8 +221,8 @@ contains
       end do
    end subroutine go_on
 
-   !> Let a point between faces go on as the nearest of the old ones on either side of it did, by a line between these; as the mean of several that are as near.
-   !> Beside all of them it is as the last, no further than that stands for. In space it is as the nearest.
+   !> Interpolate the state of a point between faces from the nearest old points on either side of it, or the means of those equally
+   !> near. Beside all of them it has the state of the last, within its length. In space it has the state of the nearest.
    pure subroutine go_on_between(point, old)
       type(interface_point_t), intent(inout) :: point
       type(interfaces_t), intent(in) :: old
@@ -279,7 +275,7 @@ contains
       between%taken = one%taken + part*(other%taken - one%taken)
    end function between
 
-   !> Whether an interface point that was there can be what another one goes on as: faces that press on each other may have been a cohesive point that has failed.
+   !> Whether an old point is a predecessor of another one: faces that press on each other may have been a point that has failed.
    pure logical function is_before(before, point)
       type(interface_point_t), intent(in) :: before, point
       is_before = before%line == point%line
@@ -292,8 +288,8 @@ contains
       end if
    end function is_before
 
-   !> A vector at a point that was there, across and along the faces, at the one that goes on as it: the material may have carried it around, and cohesive points follow
-   !> the way of their tip, contact the points of its crack.
+   !> Rotate a vector at an old point, across and along the faces, to its successor: material may have rotated it, and bonded points
+   !> follow the path of their tip, contact the points of its crack.
    pure function turned(vector, before, point)
       real(dp), intent(in) :: vector(ndim)
       type(interface_point_t), intent(in) :: before, point
@@ -301,12 +297,12 @@ contains
       turned = vector_of(point, components_of(before, vector))
    end function turned
 
-   !> Let faces go on as others did: with their damage; or, for each length, with their pressure and what friction holds, and those that have parted stay so.
-   !> They overlap and have slid as those did, and feel that by and by (`ease_faces`), as theirs is another layer.
+   !> Copy the state of faces: damage; or, per length, pressure and friction force, and separated faces stay so. Overlap and sliding
+   !> are copied too, and take effect gradually (`ease_faces`), as the layer is another one.
    pure subroutine go_on_as(point, before, keep_slip)
       type(interface_point_t), intent(inout) :: point
       type(interface_point_t), intent(in) :: before
-      logical, intent(in) :: keep_slip           !! whether what those have slid since the last step is not yet kept
+      logical, intent(in) :: keep_slip           !! whether slip since the last step is not yet committed
       real(dp) :: felt(ndim), strain(ndim), across
       integer :: d
       if (point%tip == 0) point%opening = turned(before%opening, before, point) ! else it has one of its own
@@ -343,9 +339,9 @@ contains
       end associate
    end subroutine go_on_as
 
-   !> Add the cohesive points of a tip that moves, along its way: from where the force of the last of them has fallen to 0 to where the cells that are
-   !> cut end. Where layers begin and end does not depend on where the tip is. Where the material carries the crack through the cells, each point keeps its
-   !> place in the material, as what it has taken is of that, up to where the way is planned to; beyond there is a layer in the cells, or a surface.
+   !> Add the bonded points of a moving tip, along its path, from zero force to the end of the cut cells. The ends of layers do not
+   !> depend on the place of the tip. Where the material carries the crack through the cells, each point keeps its place in the
+   !> material, with its dissipation, up to the end of the planned path; beyond is a layer in the cells, or a surface.
    pure subroutine add_cohesive_points_of_tip(interfaces, m, tip, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
@@ -391,7 +387,7 @@ contains
       associate (line => m%grid%cut_cells%lines(end%line))
          way = line%grown(end%end) + line%bonded(end%end)
          last = floor(way/length*(1 + same))
-         if (line%is_through(end%end)) last = nint((way - line%beyond(end%end))/length) ! no material is beyond, only nodes of next to no mass
+         if (line%is_through(end%end)) last = nint((way - line%beyond(end%end))/length) ! beyond is no material
          do k = max(1, floor(after/length + same) + 1), last
             kind%way = (k - 0.5_dp)*length
             associate (ahead => line%new_part(end%end, kind%way))
@@ -417,22 +413,22 @@ contains
       normal = quarter_turn(direction)/norm(direction)
    end function left_of
 
-   !> Begin with a cohesive point of a tip that moves, or of one that the material carries through the cells: as it was on the grid before, or with the
-   !> traction of the material there.
+   !> Start a bonded point of a moving tip, or of one carried through the cells: with its state on the last grid, or with the
+   !> traction of the material.
    pure subroutine begin_cohesive_point(point, old, grown, m, begins)
       type(interface_point_t), intent(inout) :: point
       type(interfaces_t), intent(in) :: old
       real(dp), intent(in) :: grown              !! way of the tip so far [m]
       type(matter_t), intent(in) :: m
-      logical, intent(out) :: begins             !! whether there was none before, and the crack has not come to it
+      logical, intent(out) :: begins             !! whether it is new, and the crack has not reached it
       real(dp), allocatable :: distance(:)
       integer :: k, nearest, face
       allocate (distance(old%n))
       begins = .false.
-      ! of two as near the one behind, whatever rounding makes of the middle between them
+      ! of two as near the one behind, independent of rounding of the middle between them
       distance = [(abs(old%list(k)%way - point%way) + 1e-9_dp*old%list(k)%way + norm(old%list(k)%origin - point%origin), &
                    k=1, old%n)]
-      nearest = minloc(distance, dim=1, mask=[(old%list(k)%tip == point%tip .or. & ! or that of a tip which did not move, at rest
+      nearest = minloc(distance, dim=1, mask=[(old%list(k)%tip == point%tip .or. & ! or of a tip which did not move, in equilibrium
                                                .not. m%particles%total_frame .and. old%list(k)%tip == 0 .and. &
                                                old%list(k)%law == bonded, k=1, old%n)])
       if (nearest > 0) then
@@ -468,14 +464,14 @@ contains
       end if
    end subroutine begin_cohesive_point
 
-   !> Whether a cohesive point is at the same place in the material as one that was there.
+   !> Whether a bonded point has the place in the material of an old one.
    pure logical function stays(before, point)
       type(interface_point_t), intent(in) :: before, point
       stays = .not. point%follows_leaf .and. .not. before%follows_leaf .and. abs(before%length - point%length) < same*point%length &
               .and. abs(before%way - point%way) < same*point%length
    end function stays
 
-   !> Let a cohesive point be the one that was there, in other cells: as the material may have turned it.
+   !> Continue an old bonded point in other cells: the material may have rotated it.
    pure subroutine continue_as(point, before)
       type(interface_point_t), intent(inout) :: point
       type(interface_point_t), intent(in) :: before
@@ -492,7 +488,7 @@ contains
       point%pressed = before%pressed
    end subroutine continue_as
 
-   !> Traction in the material on both sides of a line, on its right side [Pa]: that of the mean stress of the particles of the leaf.
+   !> Traction in the material on both sides of a line, on its right side [Pa], by the mean stress of the particles of the leaf.
    !> On a symmetry plane the mean with the mirror image has no part along it.
    pure function traction_at(m, x, normal, face) result(traction)
       type(matter_t), intent(in) :: m
@@ -521,8 +517,8 @@ contains
       if (face /= both_faces) traction = dot_product(traction, normal)*normal
    end function traction_at
 
-   !> The least opening normal to a line, over the ends of the leaves, and the largest jump between its faces [m]; 0
-   !> where there are none.
+   !> The least opening normal to a line, over the ends of the leaves, and the largest jump between its faces [m]; 0 if there are
+   !> none.
    pure subroutine find_openings(m, line, openings, least, largest)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: line
@@ -570,8 +566,8 @@ contains
       end associate
    end subroutine add_contact
 
-   !> Add layers of a kind along a polyline, leaf by leaf: from one edge of a leaf to the next, whichever way one walks, along a grid line of the
-   !> leaves of both faces; with `after` none that end before that way from its first point.
+   !> Add layers of a kind along a polyline, from edge to edge of each leaf, independent of its direction, along a grid line by the
+   !> leaves of both faces; with `after` none that end before that distance from its first point.
    pure subroutine add_along(interfaces, m, points, kind, after)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
@@ -618,7 +614,7 @@ contains
       end associate
    end subroutine add_along
 
-   !> How far it is along a line from a place to the edge at which it leaves the leaf beside it or, outside a lattice, comes into that [m].
+   !> Distance along a line from a place to the edge at which it leaves its leaf or, outside the lattice, enters it [m].
    pure real(dp) function way_to_edge(forest, leaf, x, direction, aside) result(way)
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf                !! may be `outside`
@@ -635,7 +631,7 @@ contains
                 least_part*forest%size_of(leaf))
    end function way_to_edge
 
-   !> How far it is along a line from a place outside a lattice to the edge at which it comes in [m]; huge where it does not.
+   !> Distance along a line from a place outside a lattice to its edge [m]; huge if the line misses it.
    pure real(dp) function way_into(forest, x, direction) result(way)
       type(forest_t), intent(in) :: forest
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -678,7 +674,7 @@ contains
       end associate
    end subroutine add_layer
 
-   !> Add an interface point at a place of a line, at the way of the layer, for a length around it, where there is material on both of its sides.
+   !> Add an interface point at a place of a line, with a length around it, where there is material on both sides.
    pure subroutine add_point(interfaces, m, layer, x, normal, length)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
@@ -688,7 +684,7 @@ contains
       real(dp), intent(in) :: length             !! [m]
       real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf)
       integer :: side, e(faces), master(most_nodes_of_leaf), n, j
-      e = faces_at(m, x, normal, layer%face, by_edges=.true.) ! a corner may be that of the other side
+      e = faces_at(m, x, normal, layer%face, by_edges=.true.) ! a corner may belong to the other side
       if (all(e == 0)) return
       if (any(layer%law == [cohesive, contact]) .and. all(m%blocks%count_in(pack(e, e > 0)) == 0)) return ! there is no material
       if (layer%certain .and. any(m%blocks%count_in(pack(e, e > 0)) == 0)) return
@@ -739,15 +735,15 @@ contains
       end function is_cut
    end subroutine add_point
 
-   !> Let cohesive points that begin hold their faces together as the uncut cells did.
+   !> Let new bonded points hold their faces together as the uncut cells did.
    pure subroutine balance_cohesive_points(interfaces, begins, m)
       type(interfaces_t), intent(inout) :: interfaces
       logical, intent(in) :: begins(:)
       type(matter_t), intent(in) :: m
-      real(dp), parameter :: firm = 0.005_dp     ! damping of least squares, over C M**-1 C' of a side of a cell: next to nothing but for short layers
+      real(dp), parameter :: firm = 0.005_dp     ! relative damping of least squares: small except for short layers
       real(dp), allocatable :: mass(:), held(:)
       real(dp) :: damping
-      real(dp), allocatable :: force(:, :), inverse(:, :), moved(:, :) ! moved: by a unit force of a cohesive point [1/kg]
+      real(dp), allocatable :: force(:, :), inverse(:, :), moved(:, :) ! moved: by a unit force of a bonded point [1/kg]
       real(dp) :: matrix(count(begins), count(begins)), x(count(begins), ndim), change(ndim)
       integer, allocatable :: new(:)
       integer :: i, j, info
@@ -782,14 +778,14 @@ contains
          matrix(i, i) = matrix(i, i) + damping
       end do
       call dposv('L', size(new), ndim, matrix, size(new), x, size(new), info)
-      if (info /= 0) return                      ! no number: told elsewhere
+      if (info /= 0) return                      ! NaN: reported elsewhere
       do i = 1, size(new)
          interfaces%list(new(i))%held = interfaces%list(new(i))%held + sqrt(interfaces%list(new(i))%length)*x(i, :)
       end do
    end subroutine balance_cohesive_points
 
-   !> Lumped masses of the nodes of interface points, and the forces of the particles, with what hanging nodes give, and of the interface points on them;
-   !> masses of other nodes are 0.
+   !> Lumped masses of the nodes of interface points, and the forces on them of the particles (hanging nodes included) and of the
+   !> points; masses of other nodes are 0.
    pure subroutine load_nodes(interfaces, m, mass, force)
       type(interfaces_t), intent(in) :: interfaces
       type(matter_t), intent(in) :: m
@@ -814,7 +810,7 @@ contains
             force(:, master(j)) = force(:, master(j)) + weight(1, j)*internal_force(patch, m%particles, m%materials)
          end do
       end do
-      ! Particles on an edge of a cell give nothing to the nodes at the other one, and what is next to nothing must not be divided by
+      ! Particles on an edge of a cell do not load the nodes at the opposite one: avoid division by next to nothing
       where (is_wanted) mass = max(mass, epsilon(mass)*maxval(mass), tiny(mass))
       call add_interface_forces(interfaces, 1, force)
    end subroutine load_nodes

@@ -1,37 +1,15 @@
-!> Interfaces between cells: an array of points with two sides, each a set of nodes with weights, and a law that gives the force across
-!> the jump between them. Where they are is found by `hampm_interface_placement`.
+!> Interface points: quadrature points with two sides, each a set of nodes with weights, and a law of the force across their jump
 !>
-!> The jump at a point is what the shape functions make of the displacements of the nodes of both sides,
+!>    g = sum over nodes of c_j u_j,   force on node j   -c_j f(g).
 !>
-!>    g = sum over nodes of c_j u_j,   force on node j   -c_j f(g),
-!>
-!> and follows these in every step, in the total frame.
-!>
-!> `bonded`: a cell in which a crack ends is cut as a whole, and what of its cut lies ahead of the tip is held together by a layer of
-!> points. So the crack of the cells grows with that of the model, and not by whole cells.
-!>
-!> Ahead of a tip that grows in motion more than one cell may be cut. A cohesive point there begins with the traction that the material had, holds
-!> on as a spring, and fails when the tip has come to it; how its force then falls is `hampm_nodal_release`'s matter.
-!>
-!> On a symmetry plane there is one face, and what it is bonded to is its mirror image: the opening g of such a half cohesive point is the
-!> displacement of the face, half of that of the whole crack, only its part normal to the plane has a force, and its energy is that
-!> of the half.
-!>
-!> `contact`: where the faces would interpenetrate the points push them apart, and with friction they hold them along the face, up
-!> to the coefficient times the pressure; what is beyond slides (return mapping). The overlap that presses is the compliance of the
-!> layer, that of a third of a cell. While equilibrium is looked for what friction can hold may be given (`hold_friction`): then forces
-!> have a convex potential.
-!>
-!> `ghost`: what holds small cut cells of cells to the field of fuller ones (`hampm_ghost_penalty`). The jump is one of derivatives. Such points may have a
-!> mass m too, which moves with the rate w of their jump as particles do with the velocity: it gives m c_j w to the momentum of node j, w gains
-!> c.a dt, and the mass matrix has m c c^T.
-!>
-!> `cohesive`: faces that part by a law of traction and separation (`hampm_cohesive_law`), in series with the layer. Damage is kept after each step. What has
-!> parted is as `contact`, which slides from there.
-!>
-!> `support`: a node that the end of a support holds in part (`hampm_part_supports`), along the normal alone.
-!>
-!> Source: Wriggers, Computational Contact Mechanics (2006), sections 5.2 (penalty) and 10.5 (return mapping of friction).
+!> `bonded`: springs ahead of a tip in the cell where a crack ends, which is cut as a whole; ahead of a moving tip they begin with
+!> the traction of the material and fail when the tip has reached them (`hampm_nodal_release`). On a symmetry plane a half point has
+!> the displacement of the face as g, a normal force only, and the energy of the half. `contact`: a penalty against overlap by the
+!> layer of a third of a cell, friction by return mapping; with given limits (`hold_friction`) the potential is convex. `ghost`:
+!> ghost penalty (`hampm_ghost_penalty`), with a mass m at the rate w of the jump: momentum m c_j w of node j, dw = c.a dt, mass
+!> matrix m c c^T. `cohesive`: a traction-separation law in series with the layer (`hampm_cohesive_law`), then contact. `support`: a
+!> node held in part along the normal (`hampm_part_supports`). Placement: `hampm_interface_placement`. Source: Wriggers,
+!> Computational Contact Mechanics (2006), sections 5.2 (penalty), 10.5 (return mapping).
 module hampm_interface_points
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
@@ -55,17 +33,17 @@ module hampm_interface_points
 
    integer, parameter :: bonded = 1, contact = 2, ghost = 3, cohesive = 4, support = 5 !! law of an interface point
    integer, parameter :: of_direction(3) = [2, 1, 3] !! rows of `stiffness_of_axes` of the directions of a point
-   integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
-   integer, parameter :: sticks_apart = 3        !! and as long as what friction holds is given: faces that have parted are held along
+   integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! its states
+   integer, parameter :: sticks_apart = 3        !! and with given friction limits: separate faces held along
 
    !> An interface point.
    type, extends(jump_t) :: interface_point_t
       integer :: law = bonded                    !! `bonded`, `contact`, `ghost`, `cohesive` or `support`
-      integer :: n_left = 0                      !! how many of the nodes are those of the left face, which come first
+      integer :: n_left = 0                      !! number of nodes of the left face, which come first
       real(dp) :: stiffness = 0                  !! s [N/m]
       real(dp) :: place(ndim) = 0                !! on the line [m]
       real(dp) :: middle(ndim) = 0               !! of the part of the line that it stands for [m]
-      real(dp) :: origin(ndim) = 0               !! that in the reference configuration, of faces; of `ghost` its place in the grid [m]
+      real(dp) :: origin(ndim) = 0               !! in the reference configuration, of faces; of `ghost` place in the grid [m]
       real(dp) :: length = 0                     !! of the line that it stands for [m]
       real(dp) :: area = 0                       !! of faces that it stands for [m2]
       real(dp) :: normal(ndim) = identity(:, 1)          !! from the right to the left face
@@ -73,10 +51,10 @@ module hampm_interface_points
       real(dp) :: opening(ndim) = 0              !! g, of the left face from the right one [m]
       real(dp) :: touch = -huge(1.0_dp)          !! opening across the faces below which they press on each other [m]
       real(dp) :: slip(ndim - 1) = 0             !! sliding at which they hold each other without a force along them [m]
-      real(dp) :: slid(ndim - 1) = 0             !! sliding that friction has not held so far, of faces that have parted all of it [m]
-      real(dp) :: pressed = 0                    !! by how much the faces overlapped after the last step [m]
-      real(dp) :: felt(ndim) = 0                 !! opening that had the force of the last step, where forces are those at its end [m]
-      real(dp) :: most_held = -1                 !! what friction holds at most, over the stiffness; below 0 where that follows the
+      real(dp) :: slid(ndim - 1) = 0             !! sliding not held by friction so far; all of it if separate [m]
+      real(dp) :: pressed = 0                    !! overlap of the faces after the last step [m]
+      real(dp) :: felt(ndim) = 0                 !! opening with the force of the last step, for forces at its end [m]
+      real(dp) :: most_held = -1                 !! friction limit over the stiffness; below 0 if it follows the
                                                  !! pressure [m]
       integer :: plane = 0                       !! number of the crack in a plane whose front moves over its square, 0 for none
       real(dp) :: before(ndim) = 0               !! opening before the last step [m]
@@ -85,26 +63,26 @@ module hampm_interface_points
       logical :: is_firm = .false.               !! whether the layer is far stiffer than the cells beside it
       integer :: line = 0                        !! number of the crack whose faces may touch there, 0 for none
       logical :: follows_leaf = .false.          !! whether its place is one in a leaf, else in the material
-      integer :: tip = 0                         !! number of the tip that moves over a cohesive point, 0 for none
-      real(dp) :: way = 0                        !! of that tip from where it was at first to the cohesive point; of `cohesive` to where it begins [m]
+      integer :: tip = 0                         !! number of the tip that moves over a bonded point, 0 for none
+      real(dp) :: way = 0                        !! of that tip from its start to the point; of `cohesive` to its start [m]
       real(dp) :: cell = 0                       !! size of the cell there [m]
-      real(dp) :: held(ndim) = 0                 !! force of a cohesive point at the opening `start` [N]
-      real(dp) :: start(ndim) = 0                !! [m]; of `contact` what of the opening faces do not feel yet, after a change of the mesh
-      logical :: is_failing = .false.            !! whether a cohesive point has begun to fail: its force is then `kept` of `held`, and that of faces that touch
+      real(dp) :: held(ndim) = 0                 !! force of a bonded point at the opening `start` [N]
+      real(dp) :: start(ndim) = 0                !! [m]; of `contact` the opening without effect after a change of the mesh
+      logical :: is_failing = .false.            !! whether it has begun to fail: force `fraction_left` of `held`, and contact
       real(dp) :: fraction_left = 1              !! [-]
       real(dp) :: reached = 0                    !! largest opening since then along the force, of law = toughness [m]
       real(dp) :: rate(ndim) = 0                 !! w [m/s]
       integer :: cohesion = 0                    !! number of the law of `cohesive`
-      real(dp) :: damage = 0                     !! of that, 1 where faces have parted [-]
+      real(dp) :: damage = 0                     !! of that, 1 where it has failed [-]
       real(dp) :: taken(2) = 0                   !! by that, of opening and of sliding [J/m2]
-      real(dp) :: stored = 0                     !! energy of a cohesive point at the opening `start`, or that it had when it began to fail [J]
+      real(dp) :: stored = 0                     !! energy of a bonded point at the opening `start`, or at the start of failure [J]
    end type interface_point_t
 
    !> All interface points.
    type :: interfaces_t
       type(thickness_t) :: thickness             !! of the material
       logical :: are_bounded = .true.            !! whether explicit steps have to be stable
-      integer :: n_at_end = 0                    !! number of the points, the first ones, whose forces feel what a step changes (`hampm_interface_step`)
+      integer :: n_at_end = 0                    !! number of the first points with forces that depend on the step
       logical :: strain_last = .false.           !! whether velocities that particles do not keep open them (usl)
       logical :: are_lumped = .true.             !! whether the masses of their nodes are lumped then
       logical :: are_moving = .true.             !! whether they have masses, where they may
@@ -113,8 +91,8 @@ module hampm_interface_points
       integer :: n = 0                           !! number of interface points
       integer :: n_contact = 0                   !! of which are for contact
       real(dp) :: weight = 1                     !! of the forces of firm faces, in an implicit step (`hampm_newmark`) [-]
-      logical :: keep_slip = .false.             !! whether what has slid is not yet kept: the load with which it does is still looked for
-      real(dp) :: caution = 0                    !! part of the stiffness that the tangent of faces has at least, whatever they do [-]
+      logical :: keep_slip = .false.             !! whether slip is not yet committed: its load is still searched
+      real(dp) :: caution = 0                    !! least part of the stiffness in the tangent of faces [-]
       integer :: n_cohesive = 0                  !! and of which are `cohesive`
       type(cohesive_law_t), allocatable :: cohesion(:) !! the laws
       real(dp) :: loss = 0                       !! energy taken by friction and by cohesion [J]
@@ -166,7 +144,7 @@ contains
       length = merge(abs(components(1)), norm(components), ndim == 2)
    end function length_along
 
-   !> What is as long as a limit in the direction of a sliding.
+   !> Vector of the length of a limit in the direction of a sliding.
    pure function in_direction_of(sliding, limit) result(components)
       real(dp), intent(in) :: sliding(ndim - 1), limit
       real(dp) :: components(ndim - 1)
@@ -200,15 +178,15 @@ contains
       end do
    end function vector_of
 
-   !> Whether a point is one to the mirror image of a face: the nodes of the other face are missing. Of a ghost the same nodes may be those of both sides. What
-   !> holds along the normal alone, as a support, is as such.
+   !> Whether a point lies between a face and its mirror image: nodes of the other face are missing. Both sides of a ghost penalty
+   !> may have the same nodes. A support, which holds along the normal alone, counts as half.
    pure logical function is_half(point)
       type(interface_point_t), intent(in) :: point
       is_half = point%law == support .or. &
                 point%law /= ghost .and. (point%n_left == 0 .or. point%node(point%n_left + 1) == 0)
    end function is_half
 
-   !> How far a cohesive point has been stretched since it began [m].
+   !> Stretch of a bonded point since it began [m].
    pure function stretch_of(point) result(stretch)
       type(interface_point_t), intent(in) :: point
       real(dp) :: stretch(ndim)
@@ -222,13 +200,13 @@ contains
       holds = point%law == cohesive .and. point%damage < 1
    end function holds
 
-   !> Whether the faces at an interface point still pull on each other, by cohesion or as cohesive points.
+   !> Whether the faces at an interface point still pull on each other, by cohesion or as bonded points.
    pure logical function pulls(point)
       type(interface_point_t), intent(in) :: point
       pulls = holds(point) .or. point%law == bonded .and. point%fraction_left > 0
    end function pulls
 
-   !> Whether a cohesive point has begun to fail, still pulls, and its faces do not press on each other.
+   !> Whether a bonded point has begun to fail, still pulls, and its faces do not press on each other.
    pure logical function is_softening(point)
       type(interface_point_t), intent(in) :: point
       is_softening = point%is_failing .and. point%fraction_left > 0
@@ -241,13 +219,13 @@ contains
       is_free = point%law == contact .or. point%is_failing .or. point%law == cohesive .and. .not. holds(point)
    end function is_free
 
-   !> Whether an interface point is one of two faces that no cohesive point has held, or none since cohesion did.
+   !> Whether an interface point is between faces that no bonded point has held, or none since cohesion did.
    pure logical function are_apart(point)
       type(interface_point_t), intent(in) :: point
       are_apart = is_free(point) .and. point%law /= bonded
    end function are_apart
 
-   !> What an interface point does.
+   !> State of an interface point.
    pure integer function state_of(point) result(state)
       type(interface_point_t), intent(in) :: point
       logical :: holds
@@ -259,7 +237,7 @@ contains
       if (overlap_of(point) < 0) state = merge(sticks_apart, is_open, holds .and. point%most_held >= 0)
    end function state_of
 
-   !> Opening that faces feel [m].
+   !> Effective opening of the faces [m].
    pure function felt_by_faces(point) result(opening)
       type(interface_point_t), intent(in) :: point
       real(dp) :: opening(ndim)
@@ -267,27 +245,27 @@ contains
       if (point%law == contact) opening = opening - point%start
    end function felt_by_faces
 
-   !> By how much faces overlap; below 0 where they have parted [m].
+   !> Overlap of the faces; below 0 where they are separate [m].
    pure real(dp) function overlap_of(point) result(overlap)
       type(interface_point_t), intent(in) :: point
       overlap = point%touch - dot_product(point%normal, felt_by_faces(point))
    end function overlap_of
 
-   !> How far faces have slid from where they would hold each other without a force along them [m].
+   !> Sliding of the faces from their place without a force along them [m].
    pure function sliding_of(point) result(sliding)
       type(interface_point_t), intent(in) :: point
       real(dp) :: sliding(ndim - 1)
       sliding = along_faces(point, felt_by_faces(point)) - point%slip
    end function sliding_of
 
-   !> What friction holds at most, over the stiffness [m].
+   !> Friction limit over the stiffness [m].
    pure real(dp) function limit_of(point) result(limit)
       type(interface_point_t), intent(in) :: point
       limit = point%friction*max(overlap_of(point), 0.0_dp)
       if (point%most_held >= 0) limit = point%most_held
    end function limit_of
 
-   !> Force by which faces that touch resist to be parted [N].
+   !> Resistance of faces in contact to separation [N].
    pure function face_force(point) result(force)
       type(interface_point_t), intent(in) :: point
       real(dp) :: force(ndim), held(ndim - 1)
@@ -297,7 +275,7 @@ contains
       if (ndim > 2) force = force + point%stiffness*held(ndim - 1)*direction_of(point, ndim)
    end function face_force
 
-   !> Let friction hold no more than what follows from the present pressure, whatever that becomes.
+   !> Limit friction by the present pressure, independent of its changes.
    pure subroutine hold_friction(interfaces)
       type(interfaces_t), intent(inout) :: interfaces
       integer :: k
@@ -315,7 +293,7 @@ contains
       if (have_friction) have_friction = any(interfaces%list(:interfaces%n)%friction > 0)
    end function have_friction
 
-   !> What all interface points do: a matrix that was factorised fits as long as this stays.
+   !> States of all interface points: a factorised matrix fits as long as they stay.
    pure function interface_states(interfaces) result(states)
       type(interfaces_t), intent(in) :: interfaces
       integer, allocatable :: states(:)
@@ -324,8 +302,8 @@ contains
       states = [(state_of(interfaces%list(k)), k=1, interfaces%n)]
    end function interface_states
 
-   !> What the law of the k-th, a cohesive point, answers to its opening, for all of its area: tractions as forces [N], their changes with the opening
-   !> [N/m], energies [J]. Of a half point the opening is twice its own, the layer that of both halves, and energies are halves.
+   !> Response of the law of the k-th, a cohesive point, to its opening, for all of its area: tractions as forces [N], tangents
+   !> [N/m], energies [J]. A half point has twice its opening, the layer of both halves, and half of the energies.
    pure type(cohesive_state_t) function cohesion_at(interfaces, k) result(answer)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
@@ -344,7 +322,7 @@ contains
       end associate
    end function cohesion_at
 
-   !> Force by which the k-th interface point resists its opening [N].
+   !> Resistance of the k-th interface point to its opening [N].
    pure function force_at(interfaces, k) result(force)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
@@ -360,7 +338,7 @@ contains
       end associate
    end function force_at
 
-   !> Force by which an interface point without cohesion resists its opening [N].
+   !> Resistance of an interface point without cohesion to its opening [N].
    pure function force_of(point) result(force)
       type(interface_point_t), intent(in) :: point
       real(dp) :: force(ndim)
@@ -372,9 +350,9 @@ contains
       end if
    end function force_of
 
-   !> What an interface point tells of the faces there: the force by which they resist being parted, and the change of their opening along a direction, by that at its
-   !> neighbours. `is_there` is false for cohesive points that have not begun to fail and where faces have parted. Of those that fail it is the change along the way of
-   !> their tip, of the opening since they began to fail: that does the work which they take, and what each began with is another one.
+   !> Force of an interface point against separation of the faces, and the change of their opening along a direction, by its
+   !> neighbours. `is_there` is false for intact bonded points and separate faces. For failing points it is the change, along the
+   !> path of the tip, of the opening since the start of failure: it does their work, and each began with another opening.
    pure subroutine find_face_force(interfaces, k, direction, force, slope, is_there)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
@@ -446,8 +424,8 @@ contains
       slope = matmul(changes, direction/max(square, tiny(square)))
    end function slope_on_face
 
-   !> How far faces that may touch have parted at a place of their crack [m]: the opening at the two points that are next to it on one side, continued. Not
-   !> there without such points.
+   !> Opening of faces that may touch at a place of their crack [m]: extrapolated from the two nearest points on one side. Not there
+   !> without such points.
    pure subroutine extend_opening(interfaces, line, x, toward, opening, is_there)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: line                !! number of the crack
@@ -456,7 +434,7 @@ contains
       real(dp), intent(inout) :: opening(ndim)
       logical, intent(out) :: is_there
       real(dp), parameter :: far = 1.5_dp        ! cells; points of the next cell are no farther
-      real(dp), parameter :: same = 1e-3_dp      ! cells by which points beside each other, on either side of a kink, are at the same place
+      real(dp), parameter :: same = 1e-3_dp      ! distance of points at one place, on both sides of a kink [cells]
       real(dp), allocatable :: way(:) ! from the place to the points [m]
       integer :: k, near, next
       allocate (way(interfaces%n))
@@ -484,7 +462,7 @@ contains
       if (is_pressed) is_pressed = state_of(point) /= is_open
    end function is_pressed
 
-   !> Change of the force of the k-th with its opening, without what friction changes with the pressure, which is not symmetric [N/m].
+   !> Change of the force of the k-th with its opening, without the unsymmetric change of friction with pressure [N/m].
    pure function interface_stiffness(interfaces, k) result(tangent)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
@@ -559,7 +537,7 @@ contains
       end do
    end function forces_of_firm_faces
 
-   !> Add the forces by which interface points, as they are, resist a small displacement of the nodes [N].
+   !> Add the resistance of interface points, in their present state, to a small displacement of the nodes [N].
    pure subroutine add_interface_resistance(interfaces, u, force)
       type(interfaces_t), intent(in) :: interfaces
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
@@ -583,8 +561,8 @@ contains
       end do
    end subroutine stretch_interfaces
 
-   !> Open the cohesive points that no tip fails as far as a displacement of the nodes since the start does. Those that are new on a mesh do not begin with what
-   !> the field bears there, and of two at one place, on pieces of either side of a crack, each has its own.
+   !> Open the bonded points without a tip by a displacement of the nodes since the start. New ones on a mesh do not begin with the
+   !> stress of the field, and of two at one place, on pieces of either side of a crack, each has its own.
    pure subroutine open_interfaces(interfaces, displacement)
       type(interfaces_t), intent(inout) :: interfaces
       real(dp), intent(in) :: displacement(:, :) !! [m], (ndim, n_points)
@@ -639,7 +617,7 @@ contains
       energy = sum([(interfaces%list(k)%mass*sum(interfaces%list(k)%rate**2)/2, k=1, interfaces%n)])
    end function energy_of_rates
 
-   !> Let faces on a new mesh feel more of their opening, all of it after a wave has run through some cells: at once they would push waves out.
+   !> Let the opening of faces on a new mesh take effect while waves cross some cells: at once it would emit waves.
    pure subroutine ease_faces(interfaces, way)
       type(interfaces_t), intent(inout) :: interfaces
       real(dp), intent(in) :: way                !! of waves, since they felt the last [m]
@@ -670,8 +648,8 @@ contains
       interfaces%of_cohesion = 0
    end subroutine relax_interfaces
 
-   !> After a step: what has slid stays so, under the friction at its end in explicit steps, in others under the mean of that at both ends, open faces hold each other
-   !> where they will meet, and what is damaged stays so.
+   !> After a step: commit slip, with the friction at its end in explicit steps, else with the mean of both ends, the future contact
+   !> places of open faces, and damage.
    pure subroutine commit_slip(interfaces)
       type(interfaces_t), intent(inout) :: interfaces
       real(dp) :: sliding(ndim - 1), pressed
@@ -707,7 +685,7 @@ contains
       end do
    end subroutine commit_slip
 
-   !> How far faces have slid from where friction holds them, beyond what that lets them do without [m].
+   !> Slip of faces: their sliding beyond the limit of friction [m].
    pure function slid_by(point)
       type(interface_point_t), intent(in) :: point
       real(dp) :: slid_by(ndim - 1)
@@ -715,7 +693,7 @@ contains
       slid_by = slid_by - in_direction_of(slid_by, point%friction*max(0.0_dp, overlap_of(point)))
    end function slid_by
 
-   !> How far faces have slid in all, with what is not kept yet; of faces that have parted all of their opening along them [m].
+   !> Total slip of faces, with the part not yet committed; of separate faces all of their opening along them [m].
    pure function slid_in_all(point) result(slid)
       type(interface_point_t), intent(in) :: point
       real(dp) :: slid(ndim - 1)
@@ -744,8 +722,8 @@ contains
       end do
    end function interface_energy
 
-   !> Energy that an interface point stores [J]: that of a cohesive point since it began. One that has begun to fail stores none but that of faces that press on each other,
-   !> what it takes is lost.
+   !> Energy stored by an interface point [J]: by a bonded point since it began. A failing one stores only the energy of pressed
+   !> faces; its dissipation is lost.
    pure real(dp) function energy_of(point) result(energy)
       type(interface_point_t), intent(in) :: point
       associate (stretch => stretch_of(point), s => point%stiffness)
@@ -777,7 +755,7 @@ contains
       if (law == contact .or. law == cohesive) interfaces%list(interfaces%n)%touch = 0
    end subroutine add_interface_point
 
-   !> Keep interface points: in the updated frame they are where faces were when cells were cut last, and what they remember.
+   !> Archive interface points: in the updated frame their places at the last cut of cells, and their state.
    subroutine archive_interfaces(interfaces, archive)
       type(interfaces_t), intent(inout) :: interfaces
       class(archive_t), intent(inout) :: archive

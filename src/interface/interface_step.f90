@@ -1,34 +1,14 @@
-!> The forces of interface points in explicit steps. With the forces of the openings at the beginning of a step, nodes of next to no mass,
-!> as cracks leave some, would need steps as short as one likes. They are those of the openings and of a part of what the accelerations of the step change
-!> them by: so steps stay stable, and no shorter than those of the cells, however stiff the points and however light the nodes are.
+!> Forces of interface points in explicit steps: implicit in the opening, so that steps are stable and as long as for the cells, for
+!> any stiffness of the points and mass of the nodes (docs/explanation/theory.md, cracks.md). With the weights C of nodes in the
+!> openings g, A the inverse of the mass matrix, M the matrix of the particles, a the accelerations without these forces, and beta,
 !>
-!> With C the shares of nodes in the openings g, forces -C' f change the accelerations of nodes by -A C' f, where A is what the run takes for the
-!> inverse of the mass matrix, and those by which the particles are strained (`hampm_critical_step`) by -A M A C' f, M being the matrix of the
-!> particles. With a the accelerations without these forces, and beta of Newmark's method,
+!>    f = law(g + beta dt**2 C A M a - W f),   W = beta dt**2 C A M A C'   (Newmark's method).
 !>
-!>    f = law(g + beta dt**2 C A M a - W f),   W = beta dt**2 C A M A C'.
-!>
-!> With beta of 1/4 and more no mode of the points is faster than steps can be, however long: its squared frequency omega**2 becomes
-!> omega**2/(1 + beta dt**2 omega**2). No energy is taken by that. Vibrations that steps resolve, and equilibrium, are as they were.
-!>
-!> Faces that are free to part would gain energy by that, as they do so and meet again. Their forces are those of the openings at the end of the step,
-!> g + dt C v + dt**2 C A M a - W f with beta of 1, which never add energy: with any stiffness steps are stable as long as they are for the cells, and faces
-!> that meet have one velocity after a step, as in plastic impact (Carpenter, Taylor & Katona 1991).
-!>
-!> In the scheme usl particles are strained by -A C' f, but remember -A M A C' f only: what is not remembered must not go beyond equilibrium in one
-!> step. There beta is 1, and A stands for A M A.
-!>
-!> The forces are found by Newton's method: where the law is linear by pieces, as of cohesive points and faces in contact, one solution does for as long as no point
-!> changes what it does. Of unknowns whose force changes with their opening the matrix is W + 1/law', symmetric and positive definite, as
-!> friction is held at limits that follow from the pressure before a pass, and passes are repeated; it is factorised where it changes only.
-!>
-!> Masses are lumped at the nodes of points, where faces of linear cells may touch; elsewhere A is that of the run, and its columns for the forces are found once for
-!> each mesh. Where the material moves through the cells they would have to be found in each step: W has those of the nodes within some cells of the points there, as
-!> columns fall by 6 to 4 times from one cell to the next, and A C' f is solved for with all nodes. What holds small cut cells of quadratic cells has a mass, and its force
-!> at the start of the step.
-!>
-!> Source: Hughes & Liu, Implicit-explicit finite elements in transient analysis, Journal of Applied Mechanics 45 (1978) 371-378; Carpenter, Taylor & Katona,
-!> Lagrange constraints for transient finite element surface contact, International Journal for Numerical Methods in Engineering 32 (1991) 103-128.
+!> Faces that are free to part have the opening at the end of the step: g + dt C v in place of g, with beta 1. In usl beta is 1, and
+!> A M A replaces A. Newton's method needs one solution while no point changes its state; W + 1/law' is symmetric positive definite,
+!> with friction limits by the pressure of the last pass. Where faces of linear cells may touch masses are lumped; where material
+!> moves through the cells W has the nodes near the points only, as columns fall by 4 to 6 times per cell. Sources: Hughes & Liu,
+!> J. Appl. Mech. 45 (1978) 371-378; Carpenter, Taylor & Katona, Int. J. Numer. Meth. Engng 32 (1991) 103-128.
 module hampm_interface_step
    use hampm_archive, only: archive_t
    use hampm_kinds, only: dp, ndim, corners
@@ -53,41 +33,41 @@ module hampm_interface_step
    public :: interface_step_t, hold_faces, accelerate_by_faces, forget_faces, archive_faces
 
    real(dp), parameter :: of_newmark = 0.3_dp    !! beta, see above
-   integer, parameter :: most_turns = 50         !! in which points find what they do; what they do then has to do for the step
+   integer, parameter :: most_turns = 50         !! in which points find their states, for the whole step
    integer, parameter :: most_passes = 20        !! in which friction finds its limits
    integer, parameter :: most_trials = 10        !! for the least on a way
    real(dp), parameter :: near = 0.1_dp          !! part of a slope that is as good as none
    real(dp), parameter :: tolerance = 1e-9_dp    !! of forces, with friction
-   real(dp), parameter :: of_cohesion = 1e-6_dp  !! the same where faces part by cohesion, which the next step goes on from
+   real(dp), parameter :: of_cohesion = 1e-6_dp  !! the same with cohesion, the state of the next step
    real(dp), parameter :: lowered = 0.8_dp       !! part of a slope of cohesion from which on a matrix fits
-   integer, parameter :: rings = 4               !! of cells around points whose nodes they move, where the material moves through the cells
+   integer, parameter :: rings = 4               !! of cells around points in W, where the material moves through the cells
    real(dp), parameter :: none = 1e-18_dp        !! part of the largest acceleration by a force that is not kept
 
-   !> What unit forces of a point do, those along x along x, and those along y along y: on some nodes the accelerations A C', and M A C', by which it feels
-   !> others.
+   !> Response to unit forces of a point, along x and along y: accelerations A C' of some nodes, and M A C', by which other points
+   !> are affected.
    type :: response_t
       integer, allocatable :: node(:)
       real(dp), allocatable :: acceleration(:, :) !! of the first of these, others have none [1/kg], (ndim, nodes)
       real(dp), allocatable :: mapped(:, :)      !! [-], (ndim, nodes)
    end type response_t
 
-   !> What a mesh has for this, what the matrix was factorised for, and workspace. Unknowns are the normal and the tangential force of each
-   !> point. Material that moves through the cells changes numbers in each step, and not what there is.
+   !> Data of a mesh, of the factorised matrix, and workspace. Unknowns are the normal and the tangential force of each point. Where
+   !> material moves through the cells numbers change in each step, but not the pattern.
    type :: interface_step_t
       private
       type(response_t), allocatable :: responses(:) !! (points)
       logical :: are_new = .false.               !! whether no step has used these
-      integer, allocatable :: elements(:)        !! by which points feel others
+      integer, allocatable :: elements(:)        !! elements through which points affect each other
       integer, allocatable :: nodes(:)           !! of these
       logical :: are_near = .false.              !! whether W is by the nodes near the points alone
-      logical, allocatable :: is_beyond(:, :)    !! which components of nodes points do not move, where the material moves, (ndim, n_nodes)
+      logical, allocatable :: is_beyond(:, :)    !! components not moved by points, where material moves, (ndim, n_nodes)
       type(mass_factorisation_t) :: around       !! the masses of the others
       type(numbering_t) :: numbering             !! of all nodes that have degrees of freedom, as they are
       type(sparse_t) :: masses                   !! of the particles of these elements [kg]
       type(sparse_t) :: compliance               !! W [m/N]
       type(sparse_t) :: matrix
       type(factorisation_t) :: factor
-      integer, allocatable :: states(:)          !! what points did, (points)
+      integer, allocatable :: states(:)          !! states of points, (points)
       real(dp), allocatable :: slopes(:)         !! changes of their forces with their openings [N/m], (unknowns)
       real(dp) :: dt = 0                         !! [s]
       real(dp), allocatable :: beta(:)           !! 1 where the faces are free to part, (points)
@@ -106,8 +86,8 @@ contains
       self = new
    end subroutine forget_faces
 
-   !> Change velocities and accelerations at the end of a step by the forces of interface points, and add these to `force`. The openings are left as
-   !> they were.
+   !> Change velocities and accelerations at the end of a step by the forces of interface points, and add these to `force`. The
+   !> openings are unchanged.
    subroutine hold_faces(self, interfaces, m, fixed, map, dt, masses, solver, velocity, acceleration, force, failure)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(inout) :: interfaces
@@ -124,7 +104,7 @@ contains
       real(dp) :: f(ndim*interfaces%n_at_end), before(ndim*interfaces%n_at_end), change(ndim), &
                   acting(ndim, interfaces%n_at_end)
       integer :: pass, k, j
-      logical :: rubs, is_new, is_kept           ! whether a checkpoint has kept what the matrix is for
+      logical :: rubs, is_new, is_kept           ! whether the matrix data are from a checkpoint
       is_kept = m%particles%total_frame .and. allocated(self%slopes)
       call find_responses(self, interfaces, m, fixed, map, masses, solver, failure)
       is_new = self%are_new
@@ -176,7 +156,7 @@ contains
       self%moved = 0
    end subroutine hold_faces
 
-   !> Add to accelerations what the points make of them by their forces as they are open now, between steps.
+   !> Add the accelerations by the forces of the points at their present openings, between steps.
    subroutine accelerate_by_faces(self, interfaces, m, fixed, map, masses, solver, acceleration, failure)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(in) :: interfaces
@@ -227,7 +207,7 @@ contains
       self%unit = 0
    end subroutine move_nodes
 
-   !> Find what unit forces of the points do, and W over beta dt**2, unless they are there and stay.
+   !> Find the responses to unit forces of the points, and W over beta dt**2, unless they are there and stay.
    subroutine find_responses(self, interfaces, m, fixed, map, masses, solver, failure)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(in) :: interfaces
@@ -267,7 +247,7 @@ contains
                   call map_by(self%masses, self%numbering%node, self%moved, self%mapped)
                end if
                if (allocated(masses%ghosts)) call add_mass_product(masses%ghosts, self%moved, self%mapped, unused)
-               do j = 1, size(nodes)             ! what is given there the particles do not change
+               do j = 1, size(nodes)             ! particles do not change prescribed motion
                   where (fixed(:, nodes(j))) &
                      self%mapped(:, nodes(j)) = self%mapped(:, nodes(j)) + self%unit(:, nodes(j))
                end do
@@ -294,7 +274,7 @@ contains
       call find_compliance(self, interfaces)
    end subroutine find_responses
 
-   !> Find the elements by which forces are felt and, where masses are lumped, the nodes that the forces of each point reach.
+   !> Find the elements that transmit forces and, with lumped masses, the nodes reached by the forces of each point.
    subroutine prepare(self, interfaces, m, fixed)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(in) :: interfaces
@@ -345,8 +325,8 @@ contains
       end do
    end subroutine map_by
 
-   !> Gather the elements with material, or that some may enter, that have nodes of points or some that hang on these, or that are near those: where masses are neither
-   !> lumped nor move all.
+   !> Gather the elements, with material or open to it, that have nodes of points, or nodes hanging on these, or are near them: if
+   !> masses are not lumped and not all move.
    pure subroutine gather_elements(m, interfaces, elements)
       type(matter_t), intent(in) :: m
       type(interfaces_t), intent(in) :: interfaces
@@ -376,7 +356,7 @@ contains
                         (m%blocks%count_in(e) > 0 .or. .not. m%particles%total_frame), e=1, m%grid%n_elements)])
    end subroutine gather_elements
 
-   !> Find the masses of the elements, those of domains at their corners.
+   !> Find the masses of the elements, of domains at their corners.
    pure subroutine weigh_elements(self, m, map)
       type(interface_step_t), intent(inout) :: self
       type(matter_t), intent(in) :: m
@@ -450,7 +430,7 @@ contains
       call pattern_of_cliques(ndim*size(self%responses), cliques, self%compliance)
    end subroutine find_pattern
 
-   !> Find W over beta dt**2: by how much unit forces change the accelerations of the openings.
+   !> Find W over beta dt**2: changes of the accelerations of the openings by unit forces.
    pure subroutine find_compliance(self, interfaces)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(in) :: interfaces
@@ -494,7 +474,7 @@ contains
       end do
    end subroutine open_by
 
-   !> By how much forces open the points: W f [m].
+   !> Openings of the points by forces: W f [m].
    pure function opened_by(self, f) result(direction)
       type(interface_step_t), intent(in) :: self
       real(dp), intent(in) :: f(:)               !! [N]
@@ -520,8 +500,8 @@ contains
       end do
    end function forces_of_law
 
-   !> Find the forces, with what friction holds at most as it is. They are where a convex potential is least, and a turn that goes beyond the least on
-   !> its way goes back to that.
+   !> Find the forces, with given friction limits. They are at the minimum of a convex potential, and an iteration that passes the
+   !> minimum on its line returns to it.
    subroutine find_forces(self, interfaces, f, is_new, failure)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(inout) :: interfaces !! opened by the step and by -f
@@ -566,7 +546,7 @@ contains
          is_done = all(states == interface_states(interfaces))
          slope = dot_product(direction, rest)
          if (.not. (of_least < 0 .and. slope > -near*of_least)) then ! at 0 it is rounding
-            if (is_done .and. (interfaces%n_cohesive > 0 .or. ndim > 2)) & ! what is not linear by pieces
+            if (is_done .and. (interfaces%n_cohesive > 0 .or. ndim > 2)) & ! not piecewise linear
                is_done = maxval(abs(rest)) <= of_cohesion*maxval(abs(f))
             if (is_done) return
             cycle
@@ -600,8 +580,8 @@ contains
       end subroutine go_by
    end subroutine find_forces
 
-   !> Changes of the normal and the tangential forces of the points with these components of their openings; of cohesion those on the way back to the
-   !> origin, with which a turn never goes too far [N/m].
+   !> Changes of the normal and the tangential forces of the points with these components of their openings [N/m]; of cohesion the
+   !> secants, with which an iteration never overshoots.
    pure function slopes_of_law(self, interfaces) result(slopes)
       type(interface_step_t), intent(in) :: self
       type(interfaces_t), intent(in) :: interfaces
@@ -639,7 +619,7 @@ contains
       call self%factor%factorise(self%matrix, failure)
    end subroutine factorise
 
-   !> Keep what the matrix was factorised for: forces by cohesion are found to a tolerance, and the way to it depends on that.
+   !> Archive the data of the factorised matrix: forces by cohesion are found to a tolerance, and the iteration depends on it.
    subroutine archive_faces(self, archive)
       type(interface_step_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

@@ -1,13 +1,13 @@
-!> How the cohesive points ahead of a tip that grows in motion (`hampm_interface_points`) failed, and what this takes.
+!> Failure of the bonded points ahead of a moving tip (`hampm_interface_points`), and its energy.
 !>
-!> A node that were released at once would ring. A cohesive point that the tip has come to keeps the force that it has then, and this falls
+!> A node released at once would ring. A bonded point reached by the tip keeps its force, which then falls
 !>
-!>    given speed    linearly with the way of the tip, to 0 where that is two cells further;
-!>    toughness      with the opening u since, by -du f/(2 (G A - U)), with f the force and U the energy that the cohesive point had when it failed, A its
-!>                   area and G the toughness at the speed of the tip: so what a cohesive point takes meanwhile is G times the area for which it has.
+!>   given speed    linearly with the advance of the tip, to 0 after two cells;
+!>   toughness      with the opening u since, by -du f/(2 (G A - U)), with the force f, the energy U of the point at the start of
+!>                  failure, its area A, the toughness G at the speed of the tip: the dissipation is G times the area of the point.
 !>
-!> The work of these forces is what the new faces take: the fracture term of the energy balance. In a step it is that of the force that acts in it, on the way of the mean of the velocities
-!> before and after.
+!> The work of these forces is the fracture term of the energy balance. In a step it is the force acting in it times the mean of the
+!> velocities before and after.
 module hampm_nodal_release
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -19,13 +19,13 @@ module hampm_nodal_release
 
 contains
 
-   !> Start failure of the cohesive points that a tip has passed; the force of those that have fades with its way and, once it has come to rest, goes on doing so.
-   !> `taken` is the energy that they had stored.
+   !> Start failure of the bonded points that a tip has passed; the force of failing ones falls with its advance and, once it has
+   !> stopped, continues to. `taken` is their stored energy.
    pure subroutine fail_behind(interfaces, tip, way, further, taken)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: tip                 !! its number
       real(dp), intent(in) :: way                !! that it has moved so far [m]
-      real(dp), intent(in) :: further            !! by which forces fade beyond that [m]
+      real(dp), intent(in) :: further            !! additional unloading length of forces [m]
       real(dp), intent(out) :: taken             !! [J]
       integer :: k
       taken = 0
@@ -38,13 +38,13 @@ contains
       end do
    end subroutine fail_behind
 
-   !> Start failure of the cohesive points of a tip whose traction is beyond a strength, up to a way of the tip. `taken` is the energy that they had stored. Beyond
-   !> that way cohesive points hold: the tip has to come near first. `overload` is the largest traction over the strength of those.
+   !> Start failure of the bonded points of a tip with a traction beyond a strength, up to a position of the tip; beyond it points
+   !> hold. `taken` is their stored energy. `overload` is the largest traction over the strength of the points beyond.
    pure subroutine fail_beyond(interfaces, tip, strength, last, taken, overload)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: tip                 !! its number
       real(dp), intent(in) :: strength           !! times the root of the size of the cell [Pa sqrt(m)]
-      real(dp), intent(in) :: last               !! way up to which cohesive points fail [m]
+      real(dp), intent(in) :: last               !! path length up to which bonded points fail [m]
       real(dp), intent(out) :: taken             !! [J]
       real(dp), intent(out) :: overload          !! [-]
       real(dp) :: force(ndim), across, traction
@@ -65,19 +65,19 @@ contains
       end do
    end subroutine fail_beyond
 
-   !> A cohesive point with the opening that had the force of the last step: that which it has oscillates about it.
+   !> A bonded point with the opening that had the force of the last step: its own oscillates about that.
    pure function as_felt(point, at_end) result(cohesive_point)
       type(interface_point_t), intent(in) :: point
-      logical, intent(in) :: at_end              !! whether it feels what a step changes
+      logical, intent(in) :: at_end              !! whether its force depends on the step
       type(interface_point_t) :: cohesive_point
       cohesive_point = point
       if (at_end) cohesive_point%opening = point%felt
    end function as_felt
 
-   !> Start failure of a cohesive point.
+   !> Start failure of a bonded point.
    pure subroutine start_failure(point, at_end, taken)
       type(interface_point_t), intent(inout) :: point
-      logical, intent(in) :: at_end              !! whether it feels what a step changes
+      logical, intent(in) :: at_end              !! whether its force depends on the step
       real(dp), intent(inout) :: taken           !! [J]
       real(dp) :: force(ndim), across, hold, stored
       force = force_of(as_felt(point, at_end))
@@ -101,8 +101,8 @@ contains
       taken = taken + point%stored
    end subroutine start_failure
 
-   !> Length of crack for which the cohesive points of a tip that have failed would take a toughness now, by how they have opened since the step before [m]:
-   !> a cohesive point that keeps a part of its force has taken 1 less the square of this part.
+   !> Length of crack for which the failing bonded points of a tip would now take a toughness, by their opening since the last step
+   !> [m]: a point with a part of its force left has taken 1 less the square of this part.
    pure real(dp) function release_distance(interfaces, tip, toughness) result(way)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: tip                 !! its number
@@ -117,7 +117,7 @@ contains
       end do
    end function release_distance
 
-   !> Part of its force that a cohesive point keeps now.
+   !> Part of its force that a bonded point keeps now.
    pure real(dp) function fraction_at(point, toughness) result(fraction_left)
       type(interface_point_t), intent(in) :: point
       real(dp), intent(in) :: toughness          !! [J/m2]
@@ -135,14 +135,14 @@ contains
       end associate
    end function fraction_at
 
-   !> How far a cohesive point has opened along its force since it has failed [m].
+   !> Opening of a bonded point along its force since its failure [m].
    pure real(dp) function opening_along(point) result(opening)
       type(interface_point_t), intent(in) :: point
       opening = dot_product(point%opening - point%start, point%held)/norm(point%held)
    end function opening_along
 
-   !> Let the forces of cohesive points that have failed follow their openings, at a toughness. `has_parted` tells whether any
-   !> has lost all of its force.
+   !> Let the forces of failing bonded points follow their openings, at a toughness. `has_parted` tells whether any has lost all of
+   !> its force.
    pure subroutine soften_released(interfaces, tip, toughness, has_parted)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: tip                 !! its number
@@ -160,7 +160,7 @@ contains
       end do
    end subroutine soften_released
 
-   !> What the forces of cohesive points that have failed take in a step [J]; where what they were at its start is given, with the forces that they had then.
+   !> Work of the forces of failing bonded points in a step [J]; with the forces at its start if `start` is given.
    pure real(dp) function work_of_release(interfaces, before, after, dt, start) result(work)
       type(interfaces_t), intent(in) :: interfaces
       real(dp), intent(in) :: before(:, :), after(:, :) !! velocities of the nodes that the forces of the step have changed [m/s],
@@ -185,7 +185,7 @@ contains
       end do
    end function work_of_release
 
-   !> What is left of the force of a cohesive point that has failed, without that of faces that touch; the whole force of one that has not [N].
+   !> Rest of the force of a failing bonded point, without contact; the whole force of an intact one [N].
    pure function failing_force(point) result(force)
       type(interface_point_t), intent(in) :: point
       real(dp) :: force(ndim)
@@ -193,7 +193,7 @@ contains
       if (point%is_failing) force = point%fraction_left*point%held
    end function failing_force
 
-   !> Whether any cohesive point on the way of a tip still holds.
+   !> Whether any bonded point on the path of a tip still holds.
    pure logical function holds_on(interfaces, tip)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: tip                 !! its number
@@ -201,7 +201,7 @@ contains
       holds_on = any([(interfaces%list(k)%tip == tip .and. pulls(interfaces%list(k)), k=1, interfaces%n)])
    end function holds_on
 
-   !> Way of a tip to the foremost cohesive point that has failed [m]; 0 where none has.
+   !> Distance of the foremost failing bonded point along the path of a tip [m]; 0 if there is none.
    pure real(dp) function foremost_released(interfaces, tip) result(way)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: tip                 !! its number

@@ -1,15 +1,15 @@
-!> Supports that end between two nodes. The nodes in their box are fixed, and the next one is held by springs from the last of these, one for each component.
-!>
-!> With S the stiffness by which the material resists a displacement of that node alone, a spring
+!> Supports that end between two nodes. Nodes in the box are fixed; springs, one for each component, hold the next node to the last.
+!> With S the stiffness of the material against a displacement of that node alone, a spring
 !>
 !>    k = S w/(1 - w)
 !>
-!> leaves the part 1 - w of its displacement, and of all that follows from it: displacements, reactions, energies and K are means of what they are with supports
-!> that end at either node, by the part w of the way between these where the box ends. They are smooth functions of where a support ends, so that this
-!> differs from what they are by the second order of the cell. Springs go with supports that move, and their forces are part of the reactions.
+!> leaves the part 1 - w of its displacement: displacements, reactions, energies and K are means of their values for supports that
+!> end at either node, with the weight w, the part of the distance between these up to the end of the box. They are smooth functions
+!> of the end of a support, with an error of second order in the cell. Springs move with their supports and contribute to reactions.
 !>
-!> S is that of the first node that is free beside a support on the edge of a half plane, in E' times the thickness, by half of its cells; at Poisson's ratios from 0 to 0.4
-!> it is within 0.05 and 0.13 of these numbers, and w off by less than 0.05. Where nodes stand otherwise it goes with the cells that there are around them.
+!> S is taken at the first free node beside a support on the edge of a half plane, in E' times the thickness, for half of its cells:
+!> for Poisson's ratios from 0 to 0.4 it is within 0.05 and 0.13 of these numbers, and w off by less than 0.05. Elsewhere it scales
+!> with the material of the cells around the node.
 module hampm_part_supports
    use hampm_kinds, only: dp, ndim
    use hampm_constraints, only: constraints_t
@@ -25,7 +25,7 @@ module hampm_part_supports
    real(dp), parameter :: across = 0.42_dp       !! across the edge
    real(dp), parameter :: aside = 0.3_dp         !! along the end of the support, in solids and where a box has a width
    real(dp), parameter :: beyond = 0.25_dp       !! of the distance of nodes, by energies of plates whose support ends there
-   real(dp), parameter :: least = 1e-3_dp        !! of the way between nodes, by which a box ends beside one
+   real(dp), parameter :: least = 1e-3_dp        !! of the distance of nodes, within which a box ends at a node
 
 contains
 
@@ -59,7 +59,8 @@ contains
 
    contains
 
-      !> Up to where an edge is held by a node and those behind it [m]: up to the node, of the one in the middle of a side of a quadratic cell by `beyond` more.
+      !> Place up to which a node and those behind it hold an edge [m]: the node, or `beyond` further at a middle of quadratic
+      !> sides.
       pure real(dp) function end_of_held(node, d, way) result(at)
          integer, intent(in) :: node, d          !! and the direction of the edge
          real(dp), intent(in) :: way             !! along that to or from the next node [m]
@@ -152,7 +153,7 @@ contains
       end function displacement_of
    end subroutine add_springs
 
-   !> E' of the material around a node times the thickness, by the part of half of the cells there that it fills; times their size in solids [N/m].
+   !> E' of the material around a node times the thickness, times the filled part of half of its cells; in solids times size [N/m].
    pure real(dp) function stiffness_around(m, node) result(stiffness)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: node

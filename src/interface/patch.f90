@@ -23,8 +23,8 @@ module hampm_patch
 
 contains
 
-   !> Collect the patch of occupied cells around a node, or of those on one side of it, in the direction `toward`; or that of the particles, of the
-   !> bodies that cracks can be in, whose reference positions are there, with the shape functions there.
+   !> Collect the patch of occupied cells around a node, or on one side of it, in the direction `toward`; or of the particles, of
+   !> bodies in which cracks can be, with reference positions there, with the shape functions there.
    pure subroutine patch_around(grid, p, blocks, node, patch, toward, at_reference)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
@@ -93,7 +93,7 @@ contains
       end function began_in
    end subroutine patch_around
 
-   !> The elements whose values depend on a node, from those around it: the same or, where cells are quadratic, all quarters of their
+   !> The elements whose values depend on a node, from those around it: the same or, in quadratic cells, all quarters of their
    !> leaves.
    pure function whole_cells(grid, around) result(elements)
       type(grid_t), intent(in) :: grid
@@ -108,8 +108,8 @@ contains
                                   all(first(:k - 1) /= first(k)), all(first(:k - 1) /= first(k)), k=1, size(around))])
    end function whole_cells
 
-   !> The patch by which the displacement of a node of the crack's faces is found: that around it or, where its material has moved
-   !> by more than a small part of a cell, the particles that were in the cells around it at the beginning.
+   !> The patch for the displacement of a node of the crack's faces: around it or, where its material has moved by more than a small
+   !> part of a cell, the particles that were in the cells around it at the beginning.
    pure subroutine patch_of_face(grid, p, blocks, node, patch)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
@@ -187,10 +187,10 @@ contains
       patch_mass = sum(p%mass(patch%particle(:patch%n))*patch%shape(1, :patch%n))
    end function patch_mass
 
-   !> Displacement of the middle node from the mass-weighted least squares fit of the shape functions to the particles of
-   !> the patch [m]. Where the particles move with the grid's own field it returns the nodal value itself, not a smoothed
-   !> one. The normal equations are solved by conjugate gradients from the lumped values on, so that what few particles
-   !> leave open stays as the lumped matrix has it.
+   !> Displacement of the middle node from the mass-weighted least squares fit of the shape functions to the particles of the patch
+   !> [m]. Where the particles move with the grid's own field it returns the nodal value itself, not a smoothed one. The normal
+   !> equations are solved by conjugate gradients from the lumped values on: components that few particles do not determine keep
+   !> their lumped values.
    pure function fitted_displacement(patch, p) result(u)
       type(patch_t), intent(in) :: patch
       type(particles_t), intent(in) :: p
@@ -214,13 +214,13 @@ contains
       end do
    end function fitted_displacement
 
-   !> First unknown of a small positive semi-definite system by conjugate gradients, preconditioned by the row sums. They end well above
-   !> rounding: what that leaves of directions that the matrix does not see, a small residual over no curvature, would be a long way.
+   !> First unknown of a small positive semi-definite system by conjugate gradients, preconditioned by the row sums. They end well
+   !> above rounding: its residual in directions of the null space, over no curvature, would be a long step.
    pure real(dp) function first_unknown(matrix, row_sum, rhs) result(first)
       real(dp), intent(in), contiguous :: matrix(:, :), row_sum(:), rhs(:)
       real(dp), dimension(size(rhs)) :: x, r, z, direction, image
       real(dp), parameter :: solved = 1e-13_dp   ! residual, over the right side
-      real(dp), parameter :: unseen = 1e-10_dp   ! curvature along such a direction, over that of the row sums
+      real(dp), parameter :: unseen = 1e-10_dp   ! curvature along such a direction, over the row sums' curvature
       real(dp) :: rz, rz_new, curvature, target
       integer :: k
       first = 0

@@ -1,13 +1,13 @@
 !> Interface points on the faces of cells along cracks in planes of the grid (`hampm_plane_cuts`), by area; of solids only.
 !>
-!> Each part of a face has a point in the middle of what is bonded of it. Where the faces of the crack may touch, each of their open nodes has a point, for the
-!> integral of its function: fewer would leave nodes free, and of more some would say what others do. Where
-!> nodes of cut cells hang on others, functions of one side are not those of the other, and each part has one in its middle.
+!> Each part of a face has a point in the middle of its bonded area. Where the faces of the crack may touch, each of their open
+!> nodes has a point, for the integral of its function: fewer would leave nodes free, more would be redundant. Where nodes of cut
+!> cells hang on others, functions of both sides differ, and each part has a point in its middle.
 !>
-!> Where fronts move while the mesh stays each point is in the middle of its part, with the stiffness of what is bonded of it. Open nodes
-!> near the front have points too, that have no stiffness: they tell how far nodes are open when cells are cut anew, from which points of
-!> parts that are new begin. A node that becomes open bears something; its point takes this, and gives it up with what is bonded of the
-!> square around it, on whose sides are the next nodes (Malluck & King, Fast fracture simulated by conventional finite elements: a comparison of two energy-release algorithms, 1980).
+!> Where fronts move on one mesh each point is in the middle of its part, with the stiffness of the bonded area. Open nodes near the
+!> front have points without stiffness, whose openings start the points of new parts when cells are cut anew. A node that becomes
+!> open transfers its force to its point, which releases it with the bonded area of the square around it, up to the next nodes
+!> (Malluck & King, Fast fracture simulated by conventional finite elements: a comparison of two energy-release algorithms, 1980).
 module hampm_plane_points
    use hampm_kinds, only: dp, ndim, long
    use hampm_dofs, only: most_nodes_of_leaf
@@ -24,8 +24,8 @@ module hampm_plane_points
 
    integer, parameter :: parts = 2               !! of a face along each edge
 
-   !> Stiffness of bonded faces for each area, in E'/h. Of 0.3 to 100 this leaves the least difference between places of the front in
-   !> a cell (docs/explanation/solids.md).
+   !> Stiffness of bonded faces per area, in E'/h. Of 0.3 to 100 this leaves the least difference between places of the front in a
+   !> cell (docs/explanation/solids.md).
    real(dp), parameter :: of_bonded = 1
 
    !> The same of faces that touch.
@@ -133,7 +133,7 @@ contains
       type(matter_t), intent(in) :: m
       integer, intent(in) :: plane               !! number of the crack
       real(dp), intent(in) :: edge               !! of the square [m]
-      real(dp), intent(in) :: opening(:, :, :)   !! of nodes, by that of the face which comes first [m]
+      real(dp), intent(in) :: opening(:, :, :)   !! of nodes, by the node of the first face [m]
       logical, intent(in) :: is_known(:)
       integer :: n, k
       if (point%plane > 0) return                ! there is no material, and no point
@@ -183,7 +183,7 @@ contains
                      if (interfaces%n == n) cycle
                      associate (point => interfaces%list(interfaces%n))
                         if (count(point%node > 0) /= merge(1, faces, cut%is_symmetry)) then
-                           interfaces%n = n      ! it hangs on others
+                           interfaces%n = n      ! a hanging node
                         else if (is_known(point%node(1))) then
                            interfaces%n = n
                         else
@@ -215,9 +215,9 @@ contains
       end associate
    end subroutine add_points_of_nodes
 
-   !> Let the points follow fronts that have moved, before a step. They no longer store `dropped`. A force is in a step as large as before it or after it, and
-   !> `released` is what it takes by that: of an explicit step, whose velocities are those of the middles of steps, with the mean of this opening and
-   !> the one before; of one that is not, with that at its start, to which `late_release` is added at its end.
+   !> Let the points follow fronts that have moved, before a step. `dropped` is the decrease of their stored energy, `released` the
+   !> work of the released forces: in an explicit step, with mid-step velocities, by the mean of this opening and the last one; else
+   !> by the opening at its start, to which `late_release` is added at its end.
    pure subroutine follow_fronts(interfaces, m, is_explicit, dropped, released)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
@@ -251,7 +251,7 @@ contains
       if (.not. is_explicit) released = dropped
    end subroutine follow_fronts
 
-   !> What the points of fronts take in a step that is not explicit more than they did at its start [J].
+   !> Energy taken by the points of fronts in an implicit step beyond the value at its start [J].
    pure real(dp) function late_release(interfaces) result(energy)
       type(interfaces_t), intent(in) :: interfaces
       integer :: k
@@ -265,7 +265,7 @@ contains
       end do
    end function late_release
 
-   !> What a point takes of a part of its force that goes between two openings [J].
+   !> Energy taken by a point for the lost part of its force between two openings [J].
    pure real(dp) function mean_energy(point, before, after) result(energy)
       type(interface_point_t), intent(in) :: point
       real(dp), intent(in) :: before(ndim), after(ndim) !! [m]
@@ -276,7 +276,7 @@ contains
       energy = point%lost*(point%stiffness*energy + across)/2
    end function mean_energy
 
-   !> Whether a crack has points on a face of a leaf in its plane: it has an open node, and of two faces at one place it is the finer one, or the upper.
+   !> Whether a crack has points on a face of a leaf in its plane: with an open node; of two at one place the finer or upper one.
    pure logical function is_of(m, cut, leaf, side) result(is)
       type(matter_t), intent(in) :: m
       type(plane_cut_t), intent(in) :: cut
@@ -296,7 +296,7 @@ contains
            m%grid%forest%level_of(other) == m%grid%forest%level_of(leaf) .and. side == 1
    end function is_of
 
-   !> The elements with material above and below a place in the plane of a crack; 0 where there is none, and on a plane of symmetry on the other side.
+   !> The elements with material above and below a place in the plane of a crack; 0 if none, and beyond a plane of symmetry.
    pure function elements_beside(m, cut, side, x) result(e)
       type(matter_t), intent(in) :: m
       type(plane_cut_t), intent(in) :: cut
