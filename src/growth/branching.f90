@@ -1,9 +1,9 @@
 !> Whether a crack that runs may branch: three criteria, which tell where branches are possible. Tips of this program stay one.
 !>
-!> - Its speed over that of Rayleigh waves. Experiments have branches from 0.4 to 0.7 on (docs/explanation/resistance.md).
-!> - The angle of the largest hoop stress around it, which leaves 0 at about two thirds of that speed: Yoffe, Phil. Mag. 42 (1951) 739.
-!> - The energy release rate of a tip at rest under the same loads, G/g(v), over twice the toughness at rest: from 1 on there is enough energy
-!>   for two tips, which run slowly at first: Eshelby, in Inelastic Behaviour of Solids (1970) 77; Freund, Dynamic Fracture Mechanics (1990), section 6.4.
+!> - Its speed over that of Rayleigh waves: experiments show branches from 0.4 to 0.7 on (docs/explanation/resistance.md).
+!>   - The angle of the largest hoop stress: it leaves 0 at about two thirds of that speed (Yoffe, Phil. Mag. 42 (1951) 739).
+!>   - The static energy release rate under the same loads, G/g(v), over twice the static toughness: from 1 on it is enough
+!>     for two slow tips (Eshelby, Inelastic Behaviour of Solids (1970) 77; Freund, Dynamic Fracture Mechanics (1990), section 6.4).
 module hampm_branching
    use hampm_kinds, only: dp
    use hampm_crack_groups, only: growth_t
@@ -21,9 +21,9 @@ module hampm_branching
 
    !> The criteria.
    type :: branching_t
-      real(dp) :: speed = 0                      !! over that of Rayleigh waves [-]
+      real(dp) :: speed = 0                      !! over the Rayleigh wave speed [-]
       real(dp) :: angle = 0                      !! of the largest hoop stress [rad]
-      real(dp) :: energy = 0                     !! G/g(v) over twice the toughness at rest; 0 of a given speed [-]
+      real(dp) :: energy = 0                     !! G/g(v) over twice the static toughness; 0 for a given speed [-]
    end type branching_t
 
 contains

@@ -1,10 +1,10 @@
 !> How fronts of cracks in planes grow in motion, of solids only: each node of a front at its own speed.
 !>
-!> By law = toughness the speed v of a place is that at which its G is the toughness there. For a front that is straight and alone (Freund 1972)
-!> G = g(v) G*, where g falls to 0 at the speed c of Rayleigh waves, nearly as 1 - v/c, and G* does not depend on v. From G, which is
-!> measured again and again, G* = G/(1 - v/c) follows, and from that the speed (1 - toughness/G*) c = v + (1 - toughness/G)(c - v),
-!> to which v goes in the time that shear waves take through some cells. Where G is below the toughness v falls to G/toughness of it in
-!> that time, as near c the front of cells has more G than 1 - v/c of G*. A toughness that depends on the speed is that at the new one.
+!> By law = toughness the speed v of a place makes its G equal to the toughness there. For a straight single front (Freund 1972) G =
+!> g(v) G*: g falls to 0 at the Rayleigh wave speed c, nearly as 1 - v/c, and G* is independent of v. The measured G gives G* = G/(1
+!> - v/c) and the target speed (1 - toughness/G*) c = v + (1 - toughness/G)(c - v). v follows it in the time that shear waves take
+!> through some cells. Where G is below the toughness, v falls to G/toughness of itself in that time: near c the front of cells has
+!> more G than (1 - v/c) G*. A toughness that depends on the speed is taken at the new one.
 module hampm_dynamic_front_growth
    use hampm_archive, only: archive_t
    use hampm_crack_placement, only: take_toughness
@@ -25,8 +25,8 @@ module hampm_dynamic_front_growth
    public :: growing_front_t, growing_plane_t, new_growing_planes, law_of_plane, ways_of_fronts, find_speeds, note_state, &
              record_plane, archive_planes
 
-   real(dp), parameter :: memory = 3             !! time in which speeds follow G, in that of shear waves through a cell
-   real(dp), parameter :: standing = 1e-6_dp     !! part of the speed of Rayleigh waves below which a front is at rest
+   real(dp), parameter :: memory = 3             !! relaxation time of speeds, in travel times of shear waves through a cell
+   real(dp), parameter :: standing = 1e-6_dp     !! part of the Rayleigh wave speed below which a front stands still
 
    !> A front, as it was measured last.
    type :: growing_front_t
@@ -50,7 +50,7 @@ module hampm_dynamic_front_growth
 
 contains
 
-   !> What is to grow in a model, in motion.
+   !> The growth state of fronts in a dynamic model.
    subroutine new_growing_planes(model, cracks, planes, fronts)
       type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
@@ -121,7 +121,7 @@ contains
       end do
    end function ways_of_fronts
 
-   !> The speed of a place of a front: where this was closed and no longer is, or is new, that of the nearest place.
+   !> Speed of a place of a front; if its place was closed before, or the front is new, the speed of the nearest place.
    pure real(dp) function speed_there(fronts, number, is_closed, part, x) result(speed)
       type(growing_front_t), intent(in) :: fronts(:)
       integer, intent(in) :: number              !! of the front
@@ -146,7 +146,7 @@ contains
       end do
    end function speed_there
 
-   !> Find the speeds of fronts in a step from what has been measured along them at its start.
+   !> Find the speeds of fronts in a step from the values measured along them at its start.
    subroutine find_speeds(model, materials, cracks, values, time, step, cell, planes, fronts)
       type(model_t), intent(in) :: model
       type(material_t), intent(in) :: materials(:)
@@ -198,7 +198,7 @@ contains
 
    contains
 
-      !> The speed to which the hat goes, if the toughness is that at a speed [m/s].
+      !> Target speed of a hat function, for the toughness at a speed [m/s].
       real(dp) function followed(speed)
          real(dp), intent(in) :: speed           !! [m/s]
          associate (taken => toughness_at(model%growth(law), speed), g => values(f)%g(j))
@@ -221,7 +221,7 @@ contains
       end function toughness_at
    end subroutine find_speeds
 
-   !> Note how fronts of a crack have moved in a step, and what there is to tell of it.
+   !> Note the motion of the fronts of a crack in a step, and add messages.
    subroutine note_state(plane, number, cracks, ways, material, time, step, meets_itself, message)
       type(growing_plane_t), intent(inout) :: plane
       integer, intent(in) :: number              !! of the crack

@@ -1,6 +1,6 @@
-!> Cracks that grow in motion. A tip goes on within a cell that is cut already, step by step, and cohesive points fail behind it
-!> (`hampm_nodal_release`). Its way is planned to a little beyond the next cell, or some cells ahead where it does not turn by itself; there
-!> cells are cut anew, at the angle that the mix of modes asks for.
+!> Dynamic crack growth. A tip advances within a cell that is already cut, step by step, and cohesive points fail behind it
+!> (`hampm_nodal_release`). Its path is planned to a little beyond the next cell, or some cells ahead if the tip does not turn by
+!> itself. There cells are cut anew, at the angle that the mode mix gives.
 module hampm_dynamic_growth
    use hampm_kinds, only: dp, ndim
    use hampm_nodal_release, only: fail_behind, fail_beyond, release_distance, soften_released, foremost_released, holds_on
@@ -29,36 +29,36 @@ module hampm_dynamic_growth
    private
    public :: plan_ways, move_tips, must_check, start_tips, note_check, book_rate
 
-   !> The way by which a plan goes into the next cell, which is cut then, in cells.
+   !> Length by which a planned path enters the next cell, which is cut then, in cells.
    real(dp), parameter :: into_next = 1e-3_dp
 
-   !> The same where the material goes through the cells: what has begun to fail must stay where cells are cut, however these lie.
+   !> The same if material moves through the cells: points that have begun to fail must stay where cells are cut.
    real(dp), parameter :: into_next_of_moving = 0.5_dp
 
    !> How many cells at once are planned where a crack does not turn by itself: to cut cells takes the time of some ten steps.
    integer, parameter :: straight_on = 4
 
-   !> Strength of cohesive points of law = toughness, times the root of the cell over K at that toughness: 0.6 of the force on the last whole node at
-   !> rest, 0.6755 K sqrt(cell), on its cell (docs/explanation/growth.md).
+   !> Strength of cohesive points of law = toughness, times the root of the cell over K at that toughness: 0.6 of the static force
+   !> on the last whole node, 0.6755 K sqrt(cell), on its cell (docs/explanation/growth.md).
    real(dp), parameter :: strength = 0.6_dp*0.6755_dp
 
-   !> How far ahead of a tip cohesive points of law = toughness may fail, in cells; those that bear more further ahead are too weak for the tension
-   !> there.
+   !> Length ahead of a tip within which cohesive points of law = toughness may fail, in cells; if points further ahead are loaded
+   !> more, points are too weak for the tension there.
    integer, parameter :: zone = 3
 
-   real(dp), parameter :: too_much = 1.5_dp      !! times their strength that cohesive points ahead of that bear: up to there what they take is right
+   real(dp), parameter :: too_much = 1.5_dp      !! admissible load over strength of points further ahead: dissipation is right
 
-   real(dp), parameter :: late = 2               !! time over which a speed is one of late, in that of shear waves through a cell
-   real(dp), parameter :: late_of_speed = 0.5_dp !! the same where the toughness depends on it, which would lag behind (docs/explanation/growth.md)
+   real(dp), parameter :: late = 2               !! averaging time of the recent speed, in shear wave times of a cell
+   real(dp), parameter :: late_of_speed = 0.5_dp !! the same for a speed-dependent toughness, which would lag
 
-   real(dp), parameter :: straight = 0.2_dp*acos(-1.0_dp)/180 !! angle below which a crack goes straight on [rad]
+   real(dp), parameter :: straight = 0.2_dp*acos(-1.0_dp)/180 !! angle below which a crack grows straight [rad]
    real(dp), parameter :: most_turn = 0.2_dp     !! the same from one cell to the next, once a crack grows [rad]
    real(dp), parameter :: strong_turn = 0.1_dp   !! too strong to be in a domain integral [rad]
    integer, parameter :: steps_between_looks = 5 !! at G and K, where they decide on anything
 
 contains
 
-   !> Before a step: plan the ways of tips that have come to the end of what is planned. `have_planned` tells whether cells have to be cut.
+   !> Before a step: plan paths of tips that have reached the end of their plan. `have_planned`: cells have to be cut.
    subroutine plan_ways(growing, model, m, cracks, dt, have_planned, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
@@ -152,7 +152,7 @@ contains
       is_planned = .true.
    end subroutine plan
 
-   !> Where a tip goes on, from where its way was planned to.
+   !> Direction of a tip from the end of its planned path.
    subroutine choose_direction(growing, model, cracks, k, of, from, direction, angle)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
@@ -207,7 +207,7 @@ contains
       real(dp), intent(in) :: from(ndim), direction(ndim) !! in the reference configuration
       integer, intent(in) :: cells               !! how many are planned
       real(dp), intent(out) :: to(ndim)
-      real(dp), intent(out) :: beyond            !! how far that is in the next leaf [m]
+      real(dp), intent(out) :: beyond            !! its length within the next leaf [m]
       logical, intent(out) :: at_kink
       real(dp) :: x(ndim), along(ndim), way, stretch, part
       integer :: leaf
@@ -240,10 +240,10 @@ contains
       at_kink = .true.
    end subroutine next_point
 
-   !> Where a place in the reference configuration is in the grid, and a direction there: by the particles nearest to it, in their mean.
+   !> Grid position of a place of the reference configuration, and of a direction there: the mean of the nearest particles.
    pure subroutine find_in_grid(p, slack, x, along)
       type(particles_t), intent(in) :: p
-      real(dp), intent(in) :: slack              !! by which particles are as near [m]
+      real(dp), intent(in) :: slack              !! distances that differ by less count as equal [m]
       real(dp), intent(inout) :: x(ndim)         !! [m]
       real(dp), intent(inout) :: along(ndim)     !! as long as the material makes it, of one that was a unit vector
       real(dp) :: distance, nearest, away(ndim), change(ndim), gradient(ndim, ndim)
@@ -268,8 +268,8 @@ contains
       along = along + matmul(gradient, along)
    end subroutine find_in_grid
 
-   !> Let tips move in a step, and the cohesive points behind them go: after a step that is explicit, before one that is implicit, at whose end all is
-   !> in balance with them.
+   !> Move tips in a step and fail the cohesive points behind them: after an explicit step, before an implicit one, at whose end all
+   !> is in equilibrium with them.
    subroutine move_tips(growing, model, m, cracks, time, dt, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
@@ -294,7 +294,7 @@ contains
                call cracks%move_tip(k, way, m%grid%cut_cells%lines)
                tip%speed = way/dt
                growing%tips(k)%faded = merge(0.0_dp, growing%tips(k)%faded + of%speed_at(time)*dt, way > 0)
-               if (tip%has_ended) then           ! points that stand for what is beyond the end fail as if it went on
+               if (tip%has_ended) then           ! points beyond the end fail as if the tip advanced further
                   call fail_behind(m%interfaces, k, tip%grown + growing%tips(k)%faded, 0.0_dp, taken)
                else
                   call fail_behind(m%interfaces, k, tip%grown, growing%tips(k)%faded, taken)
@@ -331,8 +331,8 @@ contains
          (interface_energy(m%interfaces) + m%energies%fracture_energy - before)
    end subroutine move_tips
 
-   !> How far each tip may move in a step [m]: as far as its way is planned. What is left of the max_length of a crack its tips share in proportion
-   !> to what they are about to go, where that is more than half of it: none of them comes first.
+   !> Largest advance of each tip in a step [m], up to the end of its planned path. The tips of a crack share the rest of its
+   !> max_length in proportion to their next advances, if these are more than half of it: no tip has precedence.
    function most_ways(growing, model, cracks, time, dt) result(most)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
@@ -360,9 +360,9 @@ contains
       end do
    end function most_ways
 
-   !> Let a tip move as its toughness lets it: at the speed v at which the cohesive points that have failed take toughness(v) for its way. That is below
-   !> limit_speed, at which it would take a toughness beyond all bounds, and it goes no faster than waves of Rayleigh: what cohesive points that let
-   !> go faster leave it to do is owed.
+   !> Advance a tip by its toughness: at the speed v at which the failed cohesive points dissipate toughness(v) over its advance. v
+   !> stays below limit_speed, where the toughness is unbounded, and below the Rayleigh wave speed: the further advance that failed
+   !> points allow is kept as a deficit.
    subroutine move_by_toughness(growing, model, of, m, cracks, k, dt, most, taken, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
@@ -372,7 +372,7 @@ contains
       integer, intent(in) :: k                   !! number of the tip
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: most               !! that it may move [m]
-      real(dp), intent(out) :: taken             !! energy that cohesive points that fail had stored [J]
+      real(dp), intent(out) :: taken             !! stored energy of cohesive points that fail [J]
       character(:), allocatable, intent(inout) :: message
       type(advance_t) :: advance
       real(dp) :: low, high, fastest, of_step, overload, released, farthest
@@ -418,7 +418,7 @@ contains
             if (growing%tips(k)%has_parted) growing%tips(k)%owed = growing%tips(k)%owed + released - way
             call cracks%move_tip(k, way, m%grid%cut_cells%lines)
          end associate
-         if (cracks%crack(tip%crack)%is_through(tip%end) .and. most > 0) then ! where nothing is left that holds, it has come to the end
+         if (cracks%crack(tip%crack)%is_through(tip%end) .and. most > 0) then ! without any bonded point left the end is reached
             if (.not. holds_on(m%interfaces, k)) &
                call cracks%move_tip(k, cracks%crack(tip%crack)%bonded(tip%end), m%grid%cut_cells%lines)
          end if
@@ -433,7 +433,7 @@ contains
          toughness_at = of%toughness_at(there)
       end function toughness_at
 
-      !> By how much the tip moves where so much is released [m].
+      !> Advance of the tip for a released length [m].
       real(dp) function way_of(released)
          real(dp), intent(in) :: released        !! [m]
          way_of = 0
@@ -456,7 +456,7 @@ contains
       memory = merge(late_of_speed, late, of%depends_on_speed(advance))*cell/material%shear_wave_speed()
    end function memory_of
 
-   !> Let a tip move by the way that is tried (`hampm_growth_pace`); cohesive points fail behind it as by a given speed.
+   !> Advance a tip by a trial advance (`hampm_growth_pace`); cohesive points fail behind it as for a given speed.
    subroutine try_way(growing, m, cracks, k, dt, most, taken)
       type(growing_t), intent(inout) :: growing
       type(problem_t), intent(inout) :: m
@@ -464,7 +464,7 @@ contains
       integer, intent(in) :: k                   !! number of the tip
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: most               !! that it may move [m]
-      real(dp), intent(out) :: taken             !! energy that cohesive points that fail had stored [J]
+      real(dp), intent(out) :: taken             !! stored energy of cohesive points that fail [J]
       real(dp) :: way, further
       associate (tip => cracks%tips(k))
          way = min(growing%tips(k)%way, rayleigh_speed(m%materials(tip%material_in(m%materials)))*dt, most)
@@ -479,7 +479,7 @@ contains
       end associate
    end subroutine try_way
 
-   !> Whether a tip is so near to where its crack ends that it goes on to there whatever its G is: no radius of a domain integral fits.
+   !> Whether a tip is so near to the end of its crack that it advances to it at any G: no radius of a domain integral fits.
    pure logical function runs_out(growing, model, cracks, k)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
@@ -495,7 +495,7 @@ contains
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: k                   !! its number
       character(:), allocatable :: why
-      integer, parameter :: steps = 32           ! by which material is looked for
+      integer, parameter :: steps = 32           ! of the search for material
       real(dp) :: ahead
       integer :: step
       associate (tip => cracks%tips(k))
@@ -510,7 +510,7 @@ contains
       end associate
    end function why_it_stops
 
-   !> Whether G and K have to be measured before the next step, as they decide on whether or where a tip goes.
+   !> Whether G and K have to be measured before the next step, as they decide on the advance or direction of a tip.
    logical function must_check(growing, model, m, cracks)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
@@ -518,7 +518,7 @@ contains
       type(cracks_t), intent(in) :: cracks
       integer :: k, law
       must_check = .false.
-      if (growing%is_paced) return               ! they are looked at after each step
+      if (growing%is_paced) return               ! these are measured after each step
       if (mod(m%state%steps, int(steps_between_looks, kind(m%state%steps))) /= 0) return
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, cracks, k, m%state%time)
@@ -549,7 +549,7 @@ contains
       end do
    end subroutine note_check
 
-   !> Let tips start whose loading has reached the toughness: by `hoop_stress` the stress intensity factor of the largest hoop stress, else G.
+   !> Start tips whose loading has reached the toughness: K of the largest hoop stress for `hoop_stress`, else G.
    subroutine start_tips(growing, model, m, cracks, values)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model

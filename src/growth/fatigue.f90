@@ -1,8 +1,8 @@
 !> Growth by fatigue: load cycles as cracks grow by increments.
 !>
-!> The tip that is the first to go by its increment does so, the others go by ways in proportion of their rates. K of each tip is linear between the
-!> rows before and after; the laws of growth are integrated over that, through all blocks of cycles. What a tip should have gone by then beyond what
-!> it has is owed to it, and it goes by that in the next step. So cycles and places are of the second order in the increment.
+!> The first tip to grow by its increment does so; the others advance in proportion to their rates. K of each tip is linear between
+!> the rows before and after; the growth laws are integrated over it, through all blocks of cycles. The difference from a tip's
+!> actual advance is kept as a deficit and added in the next step. So cycles and places are of second order in the increment.
 module hampm_fatigue
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp
@@ -18,21 +18,21 @@ module hampm_fatigue
    public :: fatigue_t, new_fatigue, ways_of, count_cycles, has_fractured, has_loads, largest_loads, record_cycle, archive_fatigue
 
    integer, parameter :: parts = 128             !! of an increment, in each of which rates are constant
-   real(dp), parameter :: slowest = 1e-20_dp     !! rate over the increment below which there is none: no part has so many cycles, and such K may be rounding
-   integer, parameter :: of_part = modes + 1     !! what is kept of a tip: K of the modes [Pa sqrt(m)], and K over K_c, the root of G over the toughness [-]
+   real(dp), parameter :: slowest = 1e-20_dp     !! least rate over the increment: fewer cycles in a part; such K may be rounding
+   integer, parameter :: of_part = modes + 1     !! values of a tip: K of the modes [Pa sqrt(m)], K/K_c = sqrt(G/toughness) [-]
 
    !> The cycles so far, and the tips in them.
    type :: fatigue_t
       real(dp) :: cycles = 0, error = 0          !! and the estimated error of that
       integer :: block = 1                       !! the present one
       real(dp) :: done = 0                       !! cycles of it so far
-      real(dp) :: life = -1                      !! cycles to fracture, with that error; below 0: there was none
+      real(dp) :: life = -1                      !! cycles to fracture; below 0: no fracture
       integer, allocatable :: law(:)             !! number of the &growth of each tip; 0: it does not grow
-      real(dp), allocatable :: owed(:)           !! way that each tip should have gone beyond what it has [m]
+      real(dp), allocatable :: owed(:)           !! advance deficit of each tip [m]
       real(dp), allocatable :: zone(:)           !! from each tip to the end of the farthest plastic zone [m]
       real(dp), allocatable :: level(:)          !! factors of the loads at which K is needed; the first is 1 [-]
-      integer, allocatable :: top(:), bottom(:)  !! numbers of those of each block
-      real(dp), allocatable :: at(:, :, :)       !! K, and that over K_c, at them, (`of_part`, levels, tips)
+      integer, allocatable :: top(:), bottom(:)  !! numbers of the levels of each block
+      real(dp), allocatable :: at(:, :, :)       !! K and K/K_c at the levels, (`of_part`, levels, tips)
    end type fatigue_t
 
 contains
@@ -64,8 +64,8 @@ contains
       end subroutine add
    end subroutine new_fatigue
 
-   !> Range of K, least over largest K, and largest K over K_c of a tip in a block, of both modes. The largest K is the larger one of both ends of the cycle:
-   !> where a held load opens a crack which the loads of the cycles close, that at their least.
+   !> Range of K, ratio of least to largest K, and largest K/K_c of a tip in a block, of both modes. The largest K is the larger one
+   !> of both ends of the cycle: at the least load if a held load opens the crack and the cyclic loads close it.
    pure subroutine find_cycle(fatigue, at, block, range, ratio, part)
       type(fatigue_t), intent(in) :: fatigue
       real(dp), intent(in) :: at(:, :)           !! of the tip, (`of_part`, levels)
@@ -99,7 +99,7 @@ contains
       if (any(size_of > 0)) load = ends(maxloc(size_of, dim=1))
    end function largest_end
 
-   !> The load of the present block, or of the first one after it, at which K of each tip is the largest: its number, 1 where no tip grows.
+   !> Number of the load, in the present block or the first after it, with the largest K of each tip; 1 if no tip grows.
    pure function largest_loads(fatigue) result(loads)
       type(fatigue_t), intent(in) :: fatigue
       integer :: loads(size(fatigue%law)), k, b
@@ -168,7 +168,7 @@ contains
                                                    /merge(1, 3, model%run%plane == 'stress')
    end function zone_of
 
-   !> Way of each tip in the cycles that follow: in the first that lets any tip grow, or the mean over all blocks where these repeat [m].
+   !> Advance of each tip in the next cycles [m]: in the first in which a tip grows, or the mean of all blocks if these repeat.
    pure function next_rates(fatigue, model, at) result(rates)
       type(fatigue_t), intent(in) :: fatigue
       type(model_t), intent(in) :: model
@@ -188,7 +188,7 @@ contains
       end if
    end function next_rates
 
-   !> By how much each tip goes in the next step, 0 or `least` at least [m].
+   !> Advance of each tip in the next step, 0 or at least `least` [m].
    pure function ways_of(fatigue, model, grows, least) result(ways)
       type(fatigue_t), intent(in) :: fatigue
       type(model_t), intent(in) :: model
@@ -215,8 +215,8 @@ contains
       has_fractured = .not. part_to_fracture(fatigue, fatigue%at, fatigue%at, fatigue%block) > 0
    end function has_fractured
 
-   !> Part of a step at which K of a tip reaches K_c in a block; huge where it does not [-]. As it comes from below, K rises faster with the way than an
-   !> R-curve does: the crack runs on.
+   !> Part of a step at which K of a tip reaches K_c in a block; huge if it does not [-]. From below, K rises faster with the
+   !> advance than an R-curve: the crack runs on.
    pure real(dp) function part_to_fracture(fatigue, before, after, block) result(part)
       type(fatigue_t), intent(in) :: fatigue
       real(dp), intent(in) :: before(:, :, :), after(:, :, :)
@@ -241,7 +241,7 @@ contains
    subroutine count_cycles(fatigue, model, ways, now, off, have_arrested)
       type(fatigue_t), intent(inout) :: fatigue
       type(model_t), intent(in) :: model
-      real(dp), intent(in) :: ways(:)            !! by which tips have advanced [m]
+      real(dp), intent(in) :: ways(:)            !! advances of tips [m]
       real(dp), intent(in) :: now(:, :, :)       !! as `at`
       real(dp), intent(in) :: off                !! part of K by which it may be off [-]
       logical, intent(out) :: have_arrested

@@ -1,4 +1,4 @@
-!> How the tips of a run grow, at rest (`hampm_static_growth`) and in motion (`hampm_dynamic_growth`): what both remember.
+!> Growth state of the tips of a run, static (`hampm_static_growth`) and dynamic (`hampm_dynamic_growth`): the data of both.
 module hampm_growing
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -29,38 +29,38 @@ module hampm_growing
    type :: growing_tip_t
       logical :: grows = .false.                 !! whether there is a &growth for it
       logical :: has_stopped = .false.           !! whether it has stopped, for good
-      logical :: has_ended = .false.             !! whether it has run through and it is told: there is no tip any more
+      logical :: has_ended = .false.             !! whether it has reached its end and a message says so: it is no longer a tip
       logical :: is_loose = .false.              !! in motion: whether nothing holds the faces on its way any more since then
-      real(dp) :: rate = 0                       !! energy release rate when it was looked at last, at rest in the step before [J/m2]
-      ! At rest
-      real(dp) :: advance = 0                    !! by which it has advanced in the last load step [m]
-      real(dp) :: extension = 0                  !! by which it has in those before [m]
+      real(dp) :: rate = 0                       !! energy release rate, last measured; static: of the step before [J/m2]
+      ! Static growth
+      real(dp) :: advance = 0                    !! advance in the last load step [m]
+      real(dp) :: extension = 0                  !! advance in the load steps before [m]
       real(dp) :: kink = 0                       !! angle of its last kink, to the left [rad]
       real(dp) :: slope = 0                      !! change of atan(K_II/K_I) with the angle of that, of a short kink
-      real(dp) :: place(ndim) = 0                !! of a point of a front: where it has come to in the last load step [m]
-      real(dp) :: width = 0                      !! of the same: part of the front that goes with it, when it was looked at last [m]
+      real(dp) :: place(ndim) = 0                !! place of a front point after the last load step [m]
+      real(dp) :: width = 0                      !! of a front point: its length of the front, last measured [m]
       ! In motion, of tips of law = toughness that keep pace with G
       real(dp) :: way = 0                        !! in a step, which is tried [m]
       real(dp) :: excess = 0                     !! G over the toughness, less 1, after the last step [-]
-      real(dp) :: fall = 0                       !! by how much that falls with the way; 0: not known [1/m]
+      real(dp) :: fall = 0                       !! decrease of the excess with the advance; 0: not known [1/m]
       logical :: is_held = .false.               !! whether it can go no further in the step
       ! In motion
       real(dp) :: onset = -1                     !! when it began to move; below 0: it has not [s]
       real(dp) :: last_motion = -1               !! when it moved last [s]
-      integer :: law = 0                         !! number of the &growth that it goes or went by last; 0: none so far
-      real(dp) :: faded = 0                      !! of a given speed, after it has come to rest: way by which forces of cohesive points go on fading [m]
+      integer :: law = 0                         !! number of its present or last &growth; 0: none so far
+      real(dp) :: faded = 0                      !! given speed, after arrest: unloading length of cohesive points [m]
       logical :: is_running = .false.            !! of law = toughness: whether it has reached that
       logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
-      logical :: has_parted = .false.            !! of law = toughness: whether the zone of cohesive points that fail is complete, from when on it moves
+      logical :: has_parted = .false.            !! law = toughness: the zone of failing cohesive points is complete: it moves
       real(dp) :: speed = 0                      !! of the same: of late [m/s]
       real(dp) :: memory = 0                     !! of how late [s]
-      real(dp) :: owed = 0                       !! of the same: way for which cohesive points have parted and which it has not moved yet [m]
+      real(dp) :: owed = 0                       !! the same: advance deficit, for which cohesive points have failed already [m]
       real(dp) :: reserve = 0                    !! part of its way that is planned at which the next is planned [m]
-      integer :: next_of_path = 1                !! of direction = path: the point that it goes to
+      integer :: next_of_path = 1                !! direction = path: number of the next point
       integer :: looks = 0                       !! how often K was taken since the last turn
       real(dp) :: sum_of_k(modes) = 0            !! sum of those [Pa sqrt(m)]
-      real(dp) :: shear = 0                      !! share of mode II in G when that was looked at last [-]
-      real(dp) :: last_turn = -huge(1.0_dp)      !! its way at its last turn that is too strong to be in a domain integral [m]; below 0: none
+      real(dp) :: shear = 0                      !! mode II share of G at the last measurement [-]
+      real(dp) :: last_turn = -huge(1.0_dp)      !! its advance at the last turn too strong for a domain integral [m]; below 0: none
       real(dp) :: room = 0                       !! around it for these [m]
       real(dp), allocatable :: usual_radii(:)    !! of its domain integrals [m]
       real(dp) :: booked = 0                     !! its way for which the integral of G is booked [m]
@@ -70,12 +70,12 @@ module hampm_growing
       procedure :: has_arrested
    end type growing_tip_t
 
-   !> How a tip is about to go on.
+   !> The next advance of a tip.
    type :: next_t
-      real(dp) :: kink = 0                       !! angle by which it turns, to the left [rad]
-      real(dp) :: rate = 0                       !! energy release rate that drives it, by `max_energy` that of the kink [J/m2]
+      real(dp) :: kink = 0                       !! kink angle, to the left [rad]
+      real(dp) :: rate = 0                       !! driving energy release rate, for `max_energy` of the kink [J/m2]
       real(dp) :: toughness = 0                  !! that it meets there [J/m2]
-      integer :: hindrance = 0                   !! at rest: why it does not go on whatever the loads are multiplied by, one of `note_wait`; 0: it may
+      integer :: hindrance = 0                   !! static: reason of `note_wait` for no advance at any load factor; 0: none
    end type next_t
 
    !> The tips that grow.
@@ -84,18 +84,18 @@ module hampm_growing
       type(growing_plane_t), allocatable :: planes(:) !! and cracks in planes, of solids in motion
       type(growing_front_t), allocatable :: fronts(:) !! with their fronts
       logical :: is_static = .false.             !! whether tips advance by increments, under loads that are scaled
-      ! At rest
+      ! Static growth
       type(fatigue_t) :: fatigue                 !! of law = fatigue
       logical :: is_cyclic = .false.             !! whether by that
-      real(dp) :: load_factor = 1                !! by which loads and prescribed motions that are not held are scaled
+      real(dp) :: load_factor = 1                !! scale factor of loads and prescribed motions that are not held
       real(dp) :: work = 0                       !! of the loads at the end of the step before [J]
-      type(load_state_t) :: loads                !! what they were then
+      type(load_state_t) :: loads                !! their state then
       real(dp) :: load = 0                       !! of a load frame [N]
       real(dp) :: way = 0                        !! its displacement at the specimen [m]
       real(dp) :: frame_way = 0                  !! that at its other end [m]
       real(dp) :: controlled = 0                 !! of the quantity that is controlled, at the end of the step before
-      real(dp) :: compliance = 0                 !! change of `frame_way` with the load factor, as it was found last; 0: not known [m]
-      real(dp) :: part = 1                       !! of an increment by which tips advance
+      real(dp) :: compliance = 0                 !! change of `frame_way` with the load factor, last measured; 0: not known [m]
+      real(dp) :: part = 1                       !! part of an increment for the advance of tips
       logical :: have_onsets = .false.           !! whether cracks may appear
       integer :: onset_crack = 0                 !! number of the one that is about to; 0: none
       real(dp) :: onset_length = 0               !! length with which it does [m]
@@ -107,8 +107,8 @@ module hampm_growing
       real(dp) :: integral = 0                   !! of G over the new area [J]
       logical :: has_new_end = .false.           !! whether a tip has ended in this step, for which cells are to be cut anew
       integer :: pieces = 0                      !! in how many all material was at the start
-      logical :: is_adrift = .false.             !! whether a piece that has parted goes with the load frame and bears no load
-      real(dp) :: separated = -1                 !! when a crack has parted a body; below 0: none has [s]
+      logical :: is_adrift = .false.             !! whether a separated piece moves with the load frame and carries no load
+      real(dp) :: separated = -1                 !! time at which a crack has separated a body; below 0: not yet [s]
    contains
       procedure :: are_there
       procedure :: is_growing
@@ -164,7 +164,7 @@ contains
       end do
    end function law_at
 
-   !> What the toughness of a tip depends on as it goes straight on; the body is that a cell ahead of it.
+   !> Arguments of the toughness of a tip that grows straight; the body is the one a cell ahead of it.
    pure function advance_of(self, model, cracks, tip) result(advance)
       class(growing_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -179,7 +179,7 @@ contains
       end associate
    end function advance_of
 
-   !> How a tip goes on by the direction of a &growth, from what is measured there; in motion straight on, once it runs.
+   !> Next advance of a tip by the direction of a &growth, from its measured values; straight in dynamics, once the tip runs.
    pure function next_of(self, model, cracks, tip, growth, values) result(next)
       class(growing_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -214,7 +214,7 @@ contains
       end if
    end function next_of
 
-   !> The kink by which a tip goes on by the direction of a &growth.
+   !> Kink of a tip by the direction of a &growth.
    pure type(kink_t) function kink_of(self, model, cracks, tip, growth, k, t_stress) result(kink)
       class(growing_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -263,7 +263,7 @@ contains
       end do
    end function given_way
 
-   !> What is to grow in a model.
+   !> The growth state of a model.
    subroutine new_growing(model, cracks, fronts, growing)
       type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
@@ -344,7 +344,7 @@ contains
       fitting = [(first + (k - 1)*(last - first)/max(1, size(radii) - 1), k=1, size(radii))]
    end function fitting
 
-   !> Part of what a crack takes that its body gives: one half on a symmetry plane, as energies are those of the half body.
+   !> Part of a crack's dissipation that the body supplies: one half on a symmetry plane, as energies are those of the half body.
    pure real(dp) function part_of_crack(tip) result(part)
       type(crack_tip_t), intent(in) :: tip
       part = merge(0.5_dp, 1.0_dp, tip%is_half())
@@ -367,13 +367,13 @@ contains
       character(:), allocatable, intent(inout) :: message !! to the user, a line each
       character(:), allocatable :: text
       text = 'tip '//to_text(number)//' '//what
-      if (ndim > 2) text = 'a front '//what      ! of which the number is that of a place
+      if (ndim > 2) text = 'a front '//what      ! numbers are those of front points
       if (.not. allocated(message)) message = ''
       if (index(message, text(:index(text//':', ':') - 1)) > 0) return
       call add_line(message, text)
    end subroutine note_tip
 
-   !> Note that a tip, or a front, waits at rest.
+   !> Note that a tip, or a front, waits in static growth.
    subroutine note_wait(number, hindrance, message)
       integer, intent(in) :: number
       integer, intent(in) :: hindrance           !! of it: 1 closed, 2 only by errors, 0 by neither
@@ -394,7 +394,7 @@ contains
       self%last_motion = time + dt
    end subroutine note_motion
 
-   !> Whether a tip that has grown is at rest at the end of a step: it has not moved in that, nor of late.
+   !> Whether a tip that has grown has arrested at the end of a step: no motion in the step nor recently.
    elemental logical function has_arrested(self, time, dt)
       class(growing_tip_t), intent(in) :: self
       real(dp), intent(in) :: time               !! at the end [s]
@@ -475,7 +475,7 @@ contains
       end associate
    end subroutine record_growth
 
-   !> Record K by the interaction with the fields of a tip that runs, beside that by J. Its error is what both differ by, and that of the latter.
+   !> Record K by the interaction integral with the fields of a running tip, beside J. Its error: difference of both and of domains.
    subroutine record_by_fields(tip, values, history)
       type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(in) :: values
@@ -518,7 +518,7 @@ contains
       end do
    end subroutine note_branching
 
-   !> Add points of fronts at rest that are as some others.
+   !> Add points of static fronts, as copies of others.
    subroutine add_points(self, like)
       class(growing_t), intent(inout) :: self
       integer, intent(in) :: like(:)             !! the number of the other, of each

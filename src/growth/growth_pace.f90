@@ -1,6 +1,6 @@
-!> How far tips grow by a toughness in a step that is implicit, so long that cohesive points would fail all at once: as far as G, at the end of the step,
-!> is the toughness. The step is tried with one way after the other, each found by the rule of false position from what G was with those before
-!> (the value at an end that stays halved each time: Illinois). A tip rests where G is below the toughness with no way at all.
+!> Advance by toughness in an implicit step so long that cohesive points would fail all at once: G at the end of the step is equal
+!> to the toughness. Trials of the step use the rule of false position on G of the trials before (Illinois: the value at an end that
+!> stays is halved each time). A tip does not move if G is below the toughness without any advance.
 module hampm_growth_pace
    use hampm_kinds, only: dp
    use hampm_cracks, only: cracks_t
@@ -9,19 +9,19 @@ module hampm_growth_pace
    private
    public :: pace_t, begin_pace, follow_pace
 
-   real(dp), parameter :: close_enough = 1e-2_dp !! part by which G may be off the toughness
+   real(dp), parameter :: close_enough = 1e-2_dp !! relative tolerance of G against the toughness
    real(dp), parameter :: same_way = 1e-3_dp     !! ways that differ by less are the same, in cells: G jumps between them
-   real(dp), parameter :: usual_fall = 0.1_dp    !! part by which G falls with the way of a cell, where that is not known
+   real(dp), parameter :: usual_fall = 0.1_dp    !! relative decrease of G with an advance of one cell, if unknown
    integer, parameter :: most_trials = 8
 
-   !> What has been tried of a tip in a step.
+   !> Trials of a tip in a step.
    type :: trials_t
       real(dp) :: short = -1, long = huge(1.0_dp) !! ways with which G is above and below the toughness [m]
-      real(dp) :: above = 0, below = 0           !! by how much it is, as a part of it
-      real(dp) :: last = -1, of_last = 0         !! the way tried last, and by how much it was off then
+      real(dp) :: above = 0, below = 0           !! their relative differences of G from the toughness
+      real(dp) :: last = -1, of_last = 0         !! the last trial advance, and its relative difference
    end type trials_t
 
-   !> What has been tried in a step.
+   !> Trials in a step.
    type :: pace_t
       type(trials_t), allocatable :: tips(:)
       integer :: trials = 0
@@ -65,11 +65,11 @@ contains
       is_over = is_over .or. pace%trials == most_trials
    end subroutine follow_pace
 
-   !> Note what G was with a way.
+   !> Record G of a trial advance.
    subroutine note(tried, way, off, cell, fall)
       type(trials_t), intent(inout) :: tried
       real(dp), intent(in) :: way                !! [m]
-      real(dp), intent(in) :: off                !! by how much G is above the toughness, as a part of it
+      real(dp), intent(in) :: off                !! relative excess of G over the toughness
       real(dp), intent(in) :: cell               !! [m]
       real(dp), intent(inout) :: fall            !! of G with the way, as parts of the toughness [1/m]
       if (.not. fall > 0) fall = usual_fall/cell

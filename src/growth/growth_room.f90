@@ -1,4 +1,4 @@
-!> What the model says of the surroundings of a crack that grows: what its tips see, and how much room there is for a tip.
+!> Geometry of the model around a growing crack: materials near its tips, and room for their domains.
 module hampm_growth_room
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -24,7 +24,7 @@ module hampm_growth_room
 
 contains
 
-   !> Let all tips, or those of a crack, see what is around them where they are.
+   !> Find the surroundings of all tips, or of those of a crack.
    pure subroutine see_around_tips(model, cracks, crack)
       type(model_t), intent(in) :: model
       type(cracks_t), intent(inout) :: cracks
@@ -38,8 +38,8 @@ contains
       end do
    end subroutine see_around_tips
 
-   !> Let a tip see what is around it where it is: its material, that just ahead of it, and at an interface that above and that below it; within its
-   !> radii layers along its crack, and bodies of other materials at which its domains end.
+   !> Find the surroundings of a tip: its material, the material just ahead, and those above and below at an interface; within its
+   !> radii the layers along its crack, and bodies of other materials at which its domains end.
    pure subroutine see_surroundings(model, tip)
       type(model_t), intent(in) :: model
       type(crack_tip_t), intent(inout) :: tip
@@ -75,18 +75,18 @@ contains
       tip%below = material_of_body(model, sides(2))
    end subroutine see_surroundings
 
-   !> The largest radius of a domain integral around a tip before another material [m], two of the finest cells at least: what is lost where even these
-   !> reach into it is an error.
+   !> The largest radius of a domain integral around a tip before another material [m], at least two of the finest cells: if even
+   !> these reach into it, their loss is an error.
    pure real(dp) function room_of_material(model, tip) result(room)
       type(model_t), intent(in) :: model
       type(crack_tip_t), intent(in) :: tip
       room = max(least_radius(model), distance_to_others(model, tip%place, tip%axis(:, 1)))
    end function room_of_material
 
-   !> The largest radius of a domain integral around a tip that has come to a place, not above `most` [m]; 0 where there is none.
+   !> The largest radius of a domain integral around a tip at a place, at most `most` [m]; 0 if none fits.
    pure real(dp) function room_for(model, cracks, crack, place, most) result(room)
       type(model_t), intent(in) :: model
-      type(cracks_t), intent(in) :: cracks       !! with what is planned for them
+      type(cracks_t), intent(in) :: cracks       !! with their planned paths
       integer, intent(in) :: crack               !! its number
       real(dp), intent(in) :: place(ndim)        !! [m]
       real(dp), intent(in), optional :: most     !! [m]
@@ -111,7 +111,7 @@ contains
       end associate
    end function room_of_tip
 
-   !> How far a place is from all cracks but one, as far as they are open [m].
+   !> Distance of a place from all cracks except one, along their open parts [m].
    pure real(dp) function away_from_cracks(cracks, but, x) result(away)
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: but                 !! its number
@@ -137,8 +137,9 @@ contains
       end associate
    end function why_no_room
 
-   !> Where a crack would end: straight on at a surface, or at another crack with the way that is planned for it; where it would pass another crack, at
-   !> the nearest point of that, if this is within 60 degrees; where one has come to it, there. Not where that is not within `reach`, or a load is too near to it.
+   !> End of a crack: straight ahead at a surface, or at another crack with its planned path; `from` if another crack has reached
+   !> it; if it would pass another crack, the nearest point of that, if within 60 degrees. None beyond `reach` or too near to a
+   !> load.
    subroutine find_end(model, cracks, number, from, direction, reach, to, is_there)
       type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
@@ -176,13 +177,13 @@ contains
       if (model%is_half()) is_there = is_there .and. held_ahead(model, from) >= way*(1 - rounding)
    end subroutine find_end
 
-   !> How far it is to where the material ends in a direction [m]; huge where that is not within `reach`.
+   !> Distance to the end of the material in a direction [m]; huge beyond `reach`.
    real(dp) function way_to_surface(model, from, direction, reach) result(way)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: from(ndim), direction(ndim) !! [m], and a unit vector
       real(dp), intent(in) :: reach              !! [m]
       integer, parameter :: looks = 8            ! in a cell
-      real(dp), parameter :: around = 1e-6_dp    ! of a cell, around a place that is looked at
+      real(dp), parameter :: around = 1e-6_dp    ! of a cell, around a sampled place
       real(dp) :: inside, outside
       integer :: turn
       way = huge(way)
@@ -211,7 +212,7 @@ contains
       end function is_in
    end function way_to_surface
 
-   !> How far it is from a place to a segment in a direction [m]; huge where it is not met.
+   !> Distance from a place to a segment in a direction [m]; huge without an intersection.
    pure real(dp) function way_to_segment(from, direction, a, b) result(way)
       real(dp), intent(in) :: from(ndim), direction(ndim), a(ndim), b(ndim) !! direction a unit vector, others [m]
       real(dp), parameter :: rounding = 1e-9_dp  ! of the segment
@@ -239,7 +240,7 @@ contains
       end do
    end function is_plane_open
 
-   !> The last point of the crack of a tip is where that ends: plan how far beyond it cells are cut.
+   !> The last point of the crack of a tip is its end: plan how far cells are cut beyond it.
    subroutine plan_end(model, cracks, number)
       type(model_t), intent(in) :: model
       type(cracks_t), intent(inout) :: cracks
@@ -252,7 +253,7 @@ contains
       call see_around_tips(model, cracks, crack)
    end subroutine plan_end
 
-   !> Let the domains of a tip that runs to where its crack ends shrink with the room that is left, down to a cell. With less room nothing is measured.
+   !> Shrink the domains of a tip near the end of its crack with the remaining room, down to a cell. With less nothing is measured.
    subroutine shrink_domains(growing, model, cracks, number, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
@@ -270,8 +271,8 @@ contains
       end associate
    end subroutine shrink_domains
 
-   !> In motion: find the tips that have ended and on whose way nothing holds the faces any more. `is_new` tells whether there is one that had not been
-   !> found.
+   !> Find the tips that have ended, in motion, and whose faces nothing holds on their path any more. `is_new`: one was not found
+   !> before.
    subroutine find_loose_tips(growing, interfaces, is_new)
       type(growing_t), intent(inout) :: growing
       type(interfaces_t), intent(in) :: interfaces
@@ -285,8 +286,8 @@ contains
       end do
    end subroutine find_loose_tips
 
-   !> A tip has come to where its crack ends. Let all tips that are none any more end: those at a surface or on another crack, also where that has
-   !> come to them.
+   !> A tip has reached the end of its crack. End all finished tips: those at a surface or on another crack, also if that has
+   !> reached them.
    subroutine end_tips(growing, model, cracks, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
@@ -330,7 +331,7 @@ contains
          text = '('//digits_text(x(1), 6)//', '//digits_text(x(2), 6)//') m'
       end function shown
 
-      !> What a tip has come to, in words.
+      !> Name of the surface or crack that a tip has reached.
       function what_is_there(crack, place) result(what)
          integer, intent(in) :: crack            !! its number
          real(dp), intent(in) :: place(ndim)     !! [m]

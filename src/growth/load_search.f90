@@ -1,14 +1,14 @@
-!> The load factor at which cracks at rest are about to grow: at which the largest energy release rate of a tip, over its toughness, is 1.
+!> Load factor of crack growth in static equilibrium: the largest ratio of G to toughness of a tip is 1.
 !>
-!> Where all that drives a body is scaled, the root of that ratio r is proportional to the load factor l in a linear body; in others the secant
-!> rule finds it. Held loads and eigenstrains add fields of their own, u = u_held + l u_scaled, so that in a linear body r of each tip
-!> is a polynomial of the second degree in l, which three solutions with one matrix tell:
+!> If all loads are scaled, the root of that ratio r is proportional to the load factor l in a linear body; in others the secant
+!> rule finds it. Held loads and eigenstrains add a field, u = u_held + l u_scaled, so that in a linear body r of each tip is a
+!> polynomial of second degree in l, from three solutions with one matrix:
 !>
 !>    r(l) = |K_held + l K_scaled|**2/(E' toughness).
 !>
-!> At its larger root the loads open the crack further: r rises with l. At the smaller one, with less load, held loads
-!> press the faces together until they interpenetrate. Tips reach r = 1 at different l; the least of them counts. In bodies that are not linear
-!> the last three solutions do the same: Muller, Math. Tables Aids Comput. 10 (1956) 208.
+!> At its larger root r rises with l: loads open the crack further. At the smaller root, with less load, held loads press the faces
+!> together until they interpenetrate. Each tip has its l at r = 1; the least counts. In nonlinear bodies the last three solutions
+!> serve: Muller, Math. Tables Aids Comput. 10 (1956) 208.
 module hampm_load_search
    use hampm_kinds, only: dp
    implicit none
@@ -17,9 +17,9 @@ module hampm_load_search
 
    integer, parameter :: kept = 3                !! solutions
    real(dp), parameter :: near = 1e-6_dp         !! of the load factor, at which it is found
-   real(dp), parameter :: distinct = 1e-4_dp     !! part of the load factor by which solutions are apart, to tell more than rounding
-   real(dp), parameter :: farthest = 100         !! by which the load factor is multiplied or divided at most
-   real(dp), parameter, public :: nothing = 1e-20_dp !! ratio that is none but by rounding, as of a crack that is closed
+   real(dp), parameter :: distinct = 1e-4_dp     !! least relative difference of load factors of distinct solutions
+   real(dp), parameter :: farthest = 100         !! largest factor or divisor of the load factor
+   real(dp), parameter, public :: nothing = 1e-20_dp !! ratio that is zero up to rounding, as of a closed crack
 
    !> The solutions so far.
    type :: load_search_t
@@ -76,7 +76,7 @@ contains
          changed = maxval(abs(self%ratio(:, 2) - self%ratio(:, 1)))
          next = by_secant(self%load(:2), sqrt(largest(:2)))
          if (any(abs(self%load(:2) - next) <= 10*distinct*abs(next))) next = aside**2*self%load(2)
-         if (changed <= distinct*max(maxval(self%ratio(:, 1)), nothing)) next = widened*self%load(2) ! what is scaled hardly counts yet
+         if (changed <= distinct*max(maxval(self%ratio(:, 1)), nothing)) next = widened*self%load(2) ! scaled loads hardly count yet
       else
          next = by_parabolas(self)
          is_found = abs(next - self%load(self%n)) < near*abs(self%load(self%n))
@@ -107,7 +107,7 @@ contains
       curvature = (slopes(1) - slopes(2))/(x(1) - x(2))
       slope = slopes(2) - curvature*x(2)
       way = huge(way)
-      if (.not. curvature > 0) then              ! it is none of a linear body but by rounding
+      if (.not. curvature > 0) then              ! zero up to rounding in a linear body
          if (slope > 0) way = -y(3)/slope
          return
       end if

@@ -1,8 +1,8 @@
-!> The work of all that drives a body over a load step in which cracks grow at rest, and the load by its own displacement.
+!> Work of all loads on a body over a load step of static growth, and the load over its own displacement.
 !>
-!> Tips advance first and loads follow, on meshes that are cut anew; the work is that of a path on which all go on together: the mean of each
-!> load at both ends times the change of its displacement, which is that with which its work is load times displacement, and the same of constraints
-!> that move. It takes no more than what both ends are, whatever the meshes between them.
+!> Tips advance first, loads follow, on meshes that are cut anew. The work is that of a path on which both change together: the mean
+!> of each load at both ends times the change of its work-conjugate displacement, and likewise of moving constraints. It needs the
+!> states at both ends only, on any meshes.
 module hampm_load_work
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -17,17 +17,17 @@ module hampm_load_work
    private
    public :: load_state_t, find_load_state, work_between, find_frame, archive_load_state
 
-   !> What drives a body at an equilibrium.
+   !> Loads of a body at an equilibrium.
    type :: load_state_t
-      real(dp), allocatable :: factor(:)         !! of each load [-]; then the force with which eigenstrains that are scaled do work [J]
+      real(dp), allocatable :: factor(:)         !! of each load [-]; then the force that does the work of scaled eigenstrains [J]
       real(dp), allocatable :: energy(:)         !! its force at factor 1 times its displacement [J]; then the factor of these [-]
-      real(dp), allocatable :: way(:, :)         !! by which each box of a constraint is moved [m], (ndim, boxes)
+      real(dp), allocatable :: way(:, :)         !! displacement of each box of a constraint [m], (ndim, boxes)
       real(dp), allocatable :: reaction(:, :)    !! its force on the bodies, 0 where none moves [N], (ndim, boxes)
    end type load_state_t
 
 contains
 
-   !> What drives a body now.
+   !> The present loads of a body.
    subroutine find_load_state(m, state, failure)
       type(problem_t), intent(inout) :: m
       type(load_state_t), intent(out) :: state
@@ -43,7 +43,7 @@ contains
          state%factor(k) = m%loads(k)%history%factor(m%state%time)
          allocate (force(ndim, m%grid%n_points), source=0.0_dp)
          call add_load(m%loads(k), 1.0_dp, force)
-         if (allocated(m%loads(k)%follows)) then ! the mean of the first force and this does the work: in the plane it is linear in u
+         if (allocated(m%loads(k)%follows)) then ! the work is by the mean of the first force and this, in the plane linear in u
             first = m%loads(k)
             deallocate (first%cofactor)
             call add_load(first, 1.0_dp, force)
@@ -60,8 +60,8 @@ contains
       if (.not. failure%failed()) state%reaction = nodal%reactions
    end subroutine find_load_state
 
-   !> The load that growth scales and its displacement, by which it does work, of forces or else of constraints that move. Of several forces the
-   !> load is the largest, of several motions the displacement is their sum: two that pull a crack open have the opening between them.
+   !> The scaled load and its work-conjugate displacement, of forces or else of moving constraints. Of several forces the largest is
+   !> the load; of several motions the displacement is the sum: two that open a crack give its opening.
    pure subroutine find_frame(m, state, load_factor, load, displacement)
       type(problem_t), intent(in) :: m
       type(load_state_t), intent(in) :: state    !! now

@@ -1,7 +1,7 @@
-!> When a crack appears where none was, by two criteria together (Leguillon, European Journal of Mechanics A 21 (2002) 61-72): before, the stress
-!> across all of it is the strength at least; and from the equilibrium without it to the one with it, under the same loads and grips, it releases
-!> its toughness at least. With its length the first asks for more load and the second, at first, for less. The crack appears at the least load at
-!> which there is a length for which both hold.
+!> Crack nucleation by the coupled criterion (Leguillon, European Journal of Mechanics A 21 (2002) 61-72): before, the stress across
+!> the whole crack is at least the strength; and the change of equilibrium, under the same loads and grips, releases at least its
+!> toughness. With its length the first needs more load and the second, at first, less. The crack appears at the least load at which
+!> both hold for some length.
 !>
 !> In a linear body under held and scaled loads stress is linear in the load factor l and energy quadratic.
 module hampm_onset
@@ -14,7 +14,7 @@ module hampm_onset
 
 contains
 
-   !> The load factor at which a stress held + l scaled is the strength: 0 where it is without load, `never` where load does not open the place.
+   !> Load factor l at which held + l scaled is the strength: 0 if reached without load, `never` if no load opens the place.
    elemental real(dp) function load_for_stress(held, scaled, strength) result(load)
       real(dp), intent(in) :: held, scaled, strength !! [Pa]
       load = never
@@ -22,7 +22,7 @@ contains
       if (.not. scaled > 0 .and. held >= strength .and. held > 0) load = 0
    end function load_for_stress
 
-   !> Coefficients of 1, l and l**2 of what has some values at three load factors; of what is proportional to l**2 one tells them.
+   !> Coefficients of 1, l and l**2 from values at three load factors; one value suffices for a term proportional to l**2.
    pure function parabola_through(load, value) result(c)
       real(dp), intent(in) :: load(:), value(:)  !! (1 or 3)
       real(dp) :: c(0:2)
@@ -47,8 +47,8 @@ contains
       if (c(2) > 0 .and. root >= 0) load = max(0.0_dp, (sqrt(root) - c(1))/(2*c(2)))
    end function load_for_energy
 
-   !> The least load at which both criteria hold, and the length with it: one that was tried or, by the logarithms of all, one between two of these
-   !> where strength and energy change places. `tried` is the number of the length that was tried at or before it.
+   !> The least load at which both criteria hold, and its length: a tried one or, by log-log interpolation, one between two at which
+   !> strength and energy change places. `tried`: number of the tried length at or before it.
    pure subroutine find_least(length, by_stress, by_energy, load, at, tried)
       real(dp), intent(in) :: length(:)          !! ascending [m]
       real(dp), intent(in) :: by_stress(:), by_energy(:) !! load factors

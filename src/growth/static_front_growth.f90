@@ -1,15 +1,14 @@
-!> Growth of the fronts of plane cracks at rest, of solids only: the way of each point of a front in a load step. A point is the middle of a hat of
-!> `hampm_front_values`; there are as many all the time, and after each load step they stand evenly along the front again.
+!> Static growth of fronts of plane cracks, of solids only: the advance of each front point in a load step. A point is the middle of
+!> a hat function of `hampm_front_values`; after each load step the points are evenly spaced along the front again.
 !>
-!> By toughness the ways are those after which, by the first order, G is the toughness all along what moves, and below it elsewhere. With G as
-!> it is, in parts r of the toughness, and the operator A of a straight front, whose G falls as dG/G = -|k| da with a way da = cos(k s)
-!> (Rice, J. Appl. Mech. 52 (1985) 571), they are the least w >= 0 with
+!> By toughness G is, to first order, the toughness along all moving points, and below it elsewhere. With r, the present G over the
+!> toughness, and the operator A of a straight front, whose G falls as dG/G = -|k| da for an advance da = cos(k s) (Rice, J. Appl.
+!> Mech. 52 (1985) 571), advances are the least w >= 0 with
 !>
 !>    r (1 - A w) <= t,        w = 0 where that is less,
 !>
-!> and t such that the largest is an increment. Loads are scaled anew behind it. What A is not of the body shows in r, and is made up for in the next
-!> load step: only how fast depends on A. In load cycles ways are in proportion of the rates, those that A expects on the way: shorter waves of a front
-!> than increments then do not grow.
+!> and t such that the largest is an increment; loads are scaled afterwards. Errors of A show in r and are corrected in the next
+!> load step. In load cycles advances are proportional to expected rates; front waves shorter than increments then do not grow.
 module hampm_static_front_growth
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -34,9 +33,9 @@ module hampm_static_front_growth
    public :: ratios_of_points, advance_points, at_points, even_out_points, book_points, record_points, take_points
 
    real(dp), parameter :: pi = acos(-1.0_dp)
-   real(dp), parameter :: floor_of_fall = 0.1_dp !! fall of G over G with the way of a whole front over its length, which no mode of A has [-]
+   real(dp), parameter :: floor_of_fall = 0.1_dp !! -dG/G for a uniform advance over the front length, no mode of A [-]
 
-   integer, parameter :: a_side = 1, a_wall = 2  !! what a front meets
+   integer, parameter :: a_side = 1, a_wall = 2  !! boundaries that a front may meet
    real(dp), parameter :: to_walls = 3           !! finest cells: the largest of the least domains of fronts that grow
 
    !> A of a front.
@@ -49,7 +48,7 @@ module hampm_static_front_growth
 
 contains
 
-   !> How each point goes on: G there, and the toughness that it meets; nothing where it does not grow.
+   !> Next advance of each point: G there and its toughness; empty if it does not grow.
    pure function next_of_points(growing, model, fronts) result(next)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
@@ -75,7 +74,7 @@ contains
       end do
    end function next_of_points
 
-   !> G over the toughness of each point that still grows; 0 where something hinders it, or the same whatever does.
+   !> G over the toughness of each growing point; 0 if hindered, or at any hindrance with `whatever`.
    pure function ratios_of_points(growing, model, fronts, whatever) result(ratios)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
@@ -211,7 +210,7 @@ contains
          end do
       end subroutine stop_fronts
 
-      !> Note which fronts of the crack are none any more, and which are new.
+      !> Note which fronts of the crack have ended, and which are new.
       subroutine note_ends
          logical :: is_left
          is_left = any([(cracks%fronts(f)%crack == c .and. cracks%fronts(f)%n() > 0, f=1, size(cracks%fronts))])
@@ -235,7 +234,7 @@ contains
       end subroutine note_ends
    end subroutine advance_points
 
-   !> Give a front that is new points, which have grown as those that were nearest; their part of the length before is that of these.
+   !> Give a new front its points, as copies of the nearest ones; they share the earlier length of these.
    subroutine place_points(growing, front)
       type(growing_t), intent(inout) :: growing
       type(front_t), intent(in) :: front
@@ -257,14 +256,14 @@ contains
       growing%tips(before + 1:)%width = 0
    end subroutine place_points
 
-   !> Let nodes that would be so near to a side that cells do not resolve what is left go beyond it, or so near to the wall of a hole that it would be in
-   !> their domains.
+   !> Move nodes beyond a side if they would be too near to it for cells to resolve the rest, or too near to the wall of a hole that
+   !> would lie in their domains.
    pure subroutine reach_sides(region, fronts, near_walls, ways, have_met)
       type(region_t), intent(in) :: region
       type(front_t), intent(in) :: fronts(:)
       real(dp), intent(in) :: near_walls         !! [m]
       real(dp), intent(inout) :: ways(:)         !! of the nodes of all fronts, one after another [m]
-      integer, allocatable, intent(out) :: have_met(:) !! what nodes of each front do: a side, the wall of a hole, or 0
+      integer, allocatable, intent(out) :: have_met(:) !! contacts of nodes of each front: a side, the wall of a hole, or 0
       real(dp), parameter :: near = 1.5_dp, beyond = 1 ! cells
       real(dp), parameter :: slanted = 0.5_dp
       real(dp), parameter :: inside = 1e-6_dp    ! cells
@@ -395,8 +394,8 @@ contains
       end subroutine slow_down
    end subroutine find_ways
 
-   !> The least w >= 0 with A w >= g, with the equal sign where w > 0: A has no positive elements beside its diagonal, so that points which move come to be
-   !> fewer, or more, from turn to turn.
+   !> The least w >= 0 with A w >= g, equal where w > 0: A has no positive elements off its diagonal, so that points are released or
+   !> held from iteration to iteration.
    pure function least_ways(fall, g) result(w)
       type(fall_t), intent(in) :: fall
       real(dp), intent(in) :: g(:)
@@ -422,7 +421,7 @@ contains
       w = max(w, 0.0_dp)
    end function least_ways
 
-   !> A of a front for ways between whose points there are lines of cosines. What is beyond an open front is its mirror image.
+   !> A of a front for advances that are cosine sums. An open front is continued by its mirror image.
    pure function fall_of(front) result(a)
       type(front_values_t), intent(in) :: front
       real(dp) :: a(size(front%arc), size(front%arc)), around, of_way
@@ -442,7 +441,7 @@ contains
       end do
    end function fall_of
 
-   !> Note the ways of all points, and where these come to.
+   !> Record the advances of all points, and their new places.
    pure subroutine note_ways(growing, fronts, way)
       type(growing_t), intent(inout) :: growing
       type(front_values_t), intent(in) :: fronts(:)
@@ -458,7 +457,7 @@ contains
       end do
    end subroutine note_ways
 
-   !> Values of hats where the points have come to.
+   !> Values of hat functions at the new places of the points.
    pure function at_points(growing, fronts, values) result(at)
       type(growing_t), intent(in) :: growing
       type(front_values_t), intent(in) :: fronts(:)
@@ -477,7 +476,7 @@ contains
       end do
    end function at_points
 
-   !> After a load step: let what is known of the points where they have come to be that of points that stand evenly.
+   !> After a load step: transfer the data of the points to evenly spaced ones.
    pure subroutine even_out_points(growing, fronts, values)
       type(growing_t), intent(in) :: growing
       type(front_values_t), intent(in) :: fronts(:)
@@ -508,7 +507,7 @@ contains
       end do
    end subroutine even_out_points
 
-   !> Where the points of a front have come to.
+   !> The new places of the points of a front.
    pure function places_of(growing, before, n) result(places)
       type(growing_t), intent(in) :: growing
       integer, intent(in) :: before, n           !! points before its first, and its own
@@ -519,8 +518,8 @@ contains
       end do
    end function places_of
 
-   !> Book what new faces have taken, the integral of G over their area by the mean of G times the length of the front before and after, and keep both for
-   !> the next step.
+   !> Add the dissipation of new faces, the integral of G over their area: mean of G times length of the front, before and after.
+   !> Keep both for the next step.
    subroutine book_points(growing, fronts, m)
       type(growing_t), intent(inout) :: growing
       type(front_values_t), intent(in) :: fronts(:)
@@ -573,7 +572,7 @@ contains
                                       next(first:last)%toughness)
    end subroutine record_points
 
-   !> Take K of opening and of sliding by its part of G, and K over K_c, of all points for a load that is that many times the present one.
+   !> Restore K of modes I and II from G, and K/K_c, of all points for a multiple of the present load.
    pure subroutine take_points(growing, model, fronts, factor, now)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model

@@ -1,5 +1,5 @@
-!> Cracks that grow at rest, by increments: in each load step tips advance, and loads and prescribed motions that are not held are scaled so that the
-!> largest energy release rate over its toughness is 1 (`hampm_load_search`), or are those of load cycles (`hampm_fatigue`). What is left of these by themselves is how they are shared.
+!> Static crack growth by increments: in each load step tips advance; then scaled loads and prescribed motions make the largest G
+!> over toughness 1 (`hampm_load_search`), or follow load cycles (`hampm_fatigue`). Their proportions stay fixed.
 module hampm_static_growth
    use hampm_kinds, only: dp, ndim
    use hampm_crack_values, only: crack_values_t, best_rate
@@ -26,7 +26,7 @@ module hampm_static_growth
 
 
    real(dp), parameter :: to_and_fro = 0.2_dp    !! kinks in turn to both sides that are too large [rad]
-   real(dp), parameter :: small = 0.01_dp        !! atan(K_II/K_I) with which a tip may go on where less is not to be had [rad]
+   real(dp), parameter :: small = 0.01_dp        !! atan(K_II/K_I) at which a tip may advance if less is not attainable [rad]
 
 contains
 
@@ -37,8 +37,7 @@ contains
       law_of = findloc(model%growth%path, tip%crack, dim=1)
    end function law_of
 
-   !> Let tips advance by an increment, or by a part of it after some attempts. `have_moved` tells whether any has; `said` why some will no
-   !> more.
+   !> Advance tips by an increment, or by a part of it after some attempts. `have_moved`: any has; `message`: why some are stopped.
    subroutine advance_tips(growing, model, cracks, values, attempts, have_moved, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
@@ -48,8 +47,8 @@ contains
       logical, intent(out) :: have_moved
       character(:), allocatable, intent(inout) :: message
       real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
-      type(next_t) :: next(size(values))         !! how each tip goes on
-      real(dp), dimension(size(values)) :: ratios !! G over its toughness, of those of which the largest advances; else below 0
+      type(next_t) :: next(size(values))         !! next advance of each tip
+      real(dp), dimension(size(values)) :: ratios !! G over its toughness, if the largest advances; else below 0
       real(dp), dimension(size(values)) :: least !! way of a tip that turns [m]
       real(dp), dimension(size(values)) :: wanted !! way of each tip [m]
       integer :: k, have_stopped
@@ -74,7 +73,7 @@ contains
          do k = 1, size(values)
             if (growing%is_growing(k) .and. .not. growing%tips(k)%advance > 0) call advance_where_due(k)
          end do
-         if (count(growing%tips%has_stopped .and. .not. growing%tips%advance > 0) == have_stopped) exit ! else another tip of its crack may have the largest rate
+         if (count(growing%tips%has_stopped .and. .not. growing%tips%advance > 0) == have_stopped) exit ! else the leader may change
       end do
       have_moved = any(growing%tips%advance > 0)
    contains
@@ -85,7 +84,7 @@ contains
             if (.not. wanted(k) > 0) return
             if (growing%waits .and. next(k)%rate < reached*next(k)%toughness) return
             if (next(k)%hindrance > 0) then
-               if (values(k)%is_closed .or. norm(values(k)%intensity) > 0 .or. any(abs(values(k)%j) > 0)) & ! else there is no load yet
+               if (values(k)%is_closed .or. norm(values(k)%intensity) > 0 .or. any(abs(values(k)%j) > 0)) & ! else no load yet
                   call growing%note_wait(k, next(k)%hindrance, message)
                return
             end if
@@ -209,17 +208,17 @@ contains
       end do
    end subroutine turn_tips
 
-   !> Part of an increment that is tried after some attempts: at first about the same, which is enough where the place of the tip in its cell
-   !> was the reason.
+   !> Part of an increment after some attempts: at first nearly the same, which is enough if the place of the tip in its cell was
+   !> the reason.
    pure real(dp) function part_of_increment(attempt) result(part)
       integer, intent(in) :: attempt             !! 0 for the first
       part = 1
       if (attempt > 0) part = max(0.0_dp, 1 - 0.01_dp*3.0_dp**(attempt - 1))
    end function part_of_increment
 
-   !> Tips have advanced and some have K_II in any direction. Take back the advance of all of them for one in which these go on by a smaller
-   !> part of their increments, which is two of the finest cells at least. Where that was tried: be content, which `is_over` tells, where
-   !> K_II is small all the same, or go on without them.
+   !> Tips have advanced and some have K_II in any direction. Undo the advance of all tips and repeat it with a smaller part of the
+   !> increments of these, at least two of the finest cells. If that was tried: accept (`is_over`) where K_II is small, or stop
+   !> these tips.
    subroutine take_back(growing, model, cracks, before, turns, attempts, is_over, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
@@ -273,7 +272,7 @@ contains
       end function part_of_two
    end subroutine take_back
 
-   !> The first of some tips whose rate is the largest but for rounding, as those of a crack in the middle of a body are.
+   !> The first of some tips with the largest rate, up to rounding, as of symmetric tips.
    pure integer function first_of_largest(rates, some)
       real(dp), intent(in) :: rates(:)           !! over the toughness [-]
       logical, intent(in) :: some(:)             !! one at least
@@ -283,7 +282,7 @@ contains
       first_of_largest = findloc(some .and. rates >= largest - rounding*abs(largest), .true., dim=1)
    end function first_of_largest
 
-   !> G over the toughness of each tip that still grows; 0 where something hinders it, or the same whatever does.
+   !> G over the toughness of each growing tip; 0 if hindered, or at any hindrance with `whatever`.
    pure function ratios_of(growing, model, cracks, values, whatever) result(ratios)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
@@ -303,7 +302,7 @@ contains
       ratios = pack(of_all, [(growing%is_growing(k), k=1, size(values))])
    end function ratios_of
 
-   !> Whether held loads, prescribed motions or eigenstrains drive a body beside what is scaled.
+   !> Whether held loads, prescribed motions or eigenstrains act beside the scaled ones.
    pure logical function has_held_drive(m)
       type(problem_t), intent(in) :: m
       has_held_drive = any(m%materials%has_eigenstrain .and. .not. m%materials%is_scaled) .or. m%constraints%have_held_ways()
@@ -321,7 +320,7 @@ contains
       end do
    end function has_scaled_drive
 
-   !> Book the work of a load step: that of a path on which tips and loads go on together.
+   !> Add the work of a load step, on a path on which tips and loads change together.
    subroutine book_work(growing, m, failure)
       type(growing_t), intent(inout) :: growing
       type(problem_t), intent(inout) :: m
@@ -359,7 +358,7 @@ contains
       if (stiffness > 0) growing%frame_way = growing%way + growing%load/stiffness
    end subroutine look_at_frame
 
-   !> Book what new faces have taken, the integral of G over their area by the mean of G before and after, and keep G for the next step.
+   !> Add the dissipation of new faces, the integral of G over their area by the mean of G before and after, and keep G.
    subroutine book_fracture(growing, model, cracks, values, m)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
@@ -370,7 +369,7 @@ contains
       integer :: k
       do k = 1, size(values)
          if (.not. growing%tips(k)%grows) cycle
-         rate = growing%tips(k)%rate             ! of a tip that has run through, which is none any more
+         rate = growing%tips(k)%rate             ! of a tip that has reached its end
          if (.not. cracks%tips(k)%has_ended) rate = best_rate(values(k), cracks%tips(k))
          middle = cracks%tips(k)%now - growing%tips(k)%advance/2*cracks%tips(k)%direction
          taken = part_of_crack(cracks%tips(k))*model%run%thickness%at(middle)*growing%tips(k)%advance &
