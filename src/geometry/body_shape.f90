@@ -69,7 +69,7 @@ contains
       if (holds .and. self%outline%is_there()) holds = self%outline%covers_within(point, tolerance)
    end function holds
 
-   !> Area of what of a body is in a box [m2], in solids the volume [m3].
+   !> Area of a body within a box [m2], in solids the volume [m3].
    pure real(dp) function area_in(self, lower, upper) result(area)
       class(body_shape_t), intent(in) :: self
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
@@ -123,7 +123,7 @@ contains
       distance = minval([(ring%distance(x(:, k)), k=1, size(x, 2))])
    end function least_distance
 
-   !> Whether a hole is inside the outer ring of a body. What touches it is not. In solids it may go on outside the box around the ring, from within.
+   !> Whether a hole is inside the outer ring of a body, without contact. In solids it may extend beyond the box around the ring.
    pure logical function surrounds(self, hole)
       class(body_shape_t), intent(in) :: self
       type(ring_t), intent(in) :: hole
@@ -148,7 +148,7 @@ contains
       end if
    end function surrounds
 
-   !> Whether two bodies have more in common than an edge. Holes are looked at where a body is in that of another one.
+   !> Whether two bodies share more than an edge. A hole of one body that contains the other is taken into account.
    pure logical function overlaps(self, other, tolerance)
       class(body_shape_t), intent(in) :: self, other
       real(dp), intent(in) :: tolerance          !! distance below which places are the same [m]
@@ -176,8 +176,8 @@ contains
       is_inside = all([(outer%encloses(x(:, k)) .or. outer%distance(x(:, k)) <= tolerance, k=1, size(x, 2))])
    end function is_inside
 
-   !> Whether the insides of two rings have a point in common: sides cross, or a corner, a middle of a side or the middle of the inside of
-   !> one is in the other.
+   !> Whether the insides of two rings have a point in common: sides cross, or a corner, a middle of a side or the middle of the
+   !> inside of one is in the other.
    pure logical function rings_overlap(a, b, tolerance) result(overlap)
       type(ring_t), intent(in) :: a, b
       real(dp), intent(in) :: tolerance          !! [m]

@@ -25,8 +25,8 @@ module hampm_crack_lines
                                                  !! are cut ahead of them, and bonded points hold these; distances are in the
                                                  !! reference configuration [m]
       real(dp) :: grown(2) = 0                   !! advance of each of these tips so far [m]
-      integer :: cohesion = 0                    !! number of the law by which its faces hold each other, 0 for none
-      real(dp) :: held(2) = 0                    !! ways from its first point from and to which they do [m]
+      integer :: cohesion = 0                    !! number of the cohesive law of its faces; 0: none
+      real(dp) :: held(2) = 0                    !! distances from its first point between which it acts [m]
       integer :: face = both_faces               !! which faces have material: one on a symmetry plane
       real(dp) :: began(ndim) = 0                !! on a symmetry plane: where the tip at its last point was at first [m]
    contains
@@ -98,7 +98,7 @@ contains
       length = sum([(norm(points(:, k) - points(:, k - 1)), k=2, size(points, 2))])
    end function length_of
 
-   !> The segment of a polyline that is nearest to a place, if that is nearer than what has been found before.
+   !> The segment of a polyline that is nearest to a place, if nearer than the one found before.
    pure subroutine find_nearest_segment(points, x, nearest, last, along)
       real(dp), intent(in) :: points(:, :), x(ndim) !! [m]
       real(dp), intent(inout) :: nearest         !! the least distance so far [m]
@@ -130,7 +130,7 @@ contains
       k = 0
    end function segment_at
 
-   !> The largest radius around a place on a segment of a polyline within which there is nothing else of it, nor the end of this segment [m].
+   !> The largest radius around a place on a segment of a polyline free of the rest of it and of the end of this segment [m].
    pure real(dp) function room_on_line(points, x, last, at_first) result(radius)
       real(dp), intent(in) :: points(:, :), x(ndim) !! [m]
       integer, intent(in) :: last                !! number of the last point of the segment

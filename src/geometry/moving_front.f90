@@ -28,8 +28,8 @@ module hampm_moving_front
 
 contains
 
-   !> Find the fronts of all planes, where they are now, each with the number of that of the same crack before which is nearest. Those that have ended
-   !> keep their numbers, without nodes; those that are new come behind all others.
+   !> Find the present fronts of all planes, with the number of the nearest front of the same crack before. Ended fronts keep their
+   !> numbers, without nodes; new ones follow all others.
    pure subroutine fronts_of(regions, fronts)
       type(region_t), intent(in) :: regions(:)
       type(front_t), allocatable, intent(inout) :: fronts(:)
@@ -79,7 +79,7 @@ contains
       end do
    end subroutine fronts_of
 
-   !> Let all fronts of a region advance, as `find_fronts` found them. Where they would enclose what is not cracked the region stays.
+   !> Advance all fronts of a region, as `find_fronts` found them. If they would enclose uncracked material the region stays.
    pure subroutine advance_region(region, fronts, ways, meets_itself)
       type(region_t), intent(inout) :: region
       type(front_t), intent(in) :: fronts(:)
@@ -173,7 +173,7 @@ contains
 
    contains
 
-      !> The part of an edge to be divided: the whole, or of one that goes far away its part in the box, and a little more.
+      !> The part of an edge to be divided: the whole edge, or of a long one its part in the box and a little more.
       pure subroutine find_part(of, k, length, from, to)
          type(moving_t), intent(in) :: of
          integer, intent(in) :: k
@@ -217,7 +217,7 @@ contains
       new%is_corner(:new%n) = old%is_corner(:new%n)
    end subroutine resize
 
-   !> Angle by which an outline turns at each corner, above 0 to the left [rad].
+   !> Turning angle of an outline at each corner, above 0 to the left [rad].
    pure function turns_of(outline) result(turn)
       real(dp), intent(in) :: outline(:, :)
       real(dp) :: turn(size(outline, 2)), a(2), b(2)

@@ -46,7 +46,7 @@ module hampm_outline
       logical :: is_hole = .false.               !! whether the material is outside of it
    end type wall_t
 
-   !> A ring, without what is in some others.
+   !> A ring with others cut out.
    type :: outline_t
       type(ring_t), allocatable :: rings(:)      !! the outer one, then the holes
    contains
@@ -109,7 +109,7 @@ contains
       end do
    end function walls_of
 
-   !> How far a place is beyond the sides of a ring in space, below 0 inside [m].
+   !> Distance of a place from the sides of a ring in space, below 0 inside [m].
    pure function beyond(self, x)
       class(ring_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]

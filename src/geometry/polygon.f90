@@ -1,6 +1,6 @@
-!> Segments, lines of segments and polygons: distances, where they meet, clipping, areas and moments.
+!> Segments, lines of segments and polygons: distances, intersections, clipping, areas and moments.
 !>
-!> Points are columns. Areas, sides and crossings are those in the plane of their first two components; distances take all components.
+!> Points are columns. Areas, sides and crossings use their first two components; distances use all.
 module hampm_polygon
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -65,7 +65,7 @@ contains
       if (do_cross) do_cross = twice_area(a, b, c)*twice_area(a, b, d) <= 0 .and. twice_area(c, d, a)*twice_area(c, d, b) <= 0
    end function do_cross
 
-   !> The first two segments of a line, or sides of a polygon, that cross without being neighbours, by their first points; 0 where there are none.
+   !> The first two non-adjacent segments of a line, or sides of a polygon, that cross, by their first points; 0 if none do.
    pure subroutine find_crossing(points, is_closed, i, j)
       real(dp), intent(in) :: points(:, :)       !! [m]
       logical, intent(in) :: is_closed           !! whether it is a polygon
@@ -83,7 +83,7 @@ contains
       j = 0
    end subroutine find_crossing
 
-   !> Where a straight line meets that of a segment; huge numbers where they are parallel.
+   !> Intersection of a straight line with the line of a segment; huge numbers if they are parallel.
    pure subroutine find_meeting(from, along, a, b, way, at)
       real(dp), intent(in) :: from(:), along(:)  !! a place of the line, and its direction, of any length
       real(dp), intent(in) :: a(:), b(:)         !! the ends of the segment
@@ -118,8 +118,8 @@ contains
       end do
    end subroutine clip_segment
 
-   !> Keep of a polygon what is on one side of a line, or on it (Sutherland & Hodgman 1974). New corners are on the line, of one along an axis to
-   !> the last digit.
+   !> Clip a polygon to one side of a line, the line included (Sutherland & Hodgman 1974). New corners are on the line, to the last
+   !> digit if it is along an axis.
    pure subroutine clip(points, on, inward)
       real(dp), allocatable, intent(inout) :: points(:, :) !! in either sense, (2, any)
       real(dp), intent(in) :: on(2), inward(2)   !! a place of the line, and its normal of any length, to the side that is kept
@@ -147,7 +147,7 @@ contains
       points = kept(:, :n)
    end subroutine clip
 
-   !> Keep of a polygon what is in a rectangle.
+   !> Clip a polygon to a rectangle.
    pure subroutine clip_to_box(points, low, high)
       real(dp), allocatable, intent(inout) :: points(:, :)
       real(dp), intent(in) :: low(2), high(2)    !! its corners
@@ -160,7 +160,7 @@ contains
       end do
    end subroutine clip_to_box
 
-   !> Keep of a polygon what is in a convex one.
+   !> Clip a polygon to a convex one.
    pure subroutine clip_to(points, window)
       real(dp), allocatable, intent(inout) :: points(:, :)
       real(dp), intent(in) :: window(:, :)       !! anticlockwise, (2, any)
@@ -171,7 +171,7 @@ contains
       end do
    end subroutine clip_to
 
-   !> Area and first moments of a polygon around the origin, by Green's theorem, above 0 where its corners go anticlockwise [m2, m3, m3].
+   !> Area and first moments of a polygon about the origin, by Green's theorem, above 0 if counterclockwise [m2, m3, m3].
    pure function moments_of(points) result(m)
       real(dp), intent(in) :: points(:, :)       !! [m], (2, any)
       real(dp) :: m(0:2)
@@ -199,7 +199,7 @@ contains
       end do
    end function area_of
 
-   !> Whether a point is inside of a polygon. On it, either may be told.
+   !> Whether a point is inside a polygon. On its edge either result is possible.
    pure logical function is_in_polygon(x, points) result(is)
       real(dp), intent(in) :: x(2), points(:, :) !! [m]
       integer :: k, before
@@ -231,7 +231,7 @@ contains
       end do
    end function ways_along
 
-   !> Unit vector to the right of a side of a polygon: out of one that goes anticlockwise. Of a side without a length 0.
+   !> Unit vector to the right of a side of a polygon: outward if counterclockwise. 0 for a side without length.
    pure function outward_normal(points, side) result(normal)
       real(dp), intent(in) :: points(:, :)       !! (2, any)
       integer, intent(in) :: side                !! from the corner of this number to the next

@@ -1,5 +1,5 @@
-!> Area and first moments of what a rectangle has of a circle, in closed form. In solids volume and first moments of what a box has of a box, a
-!> cylinder along an axis, in closed form, and of a sphere, by its slices.
+!> Area and first moments of the intersection of a rectangle and a circle, in closed form. In solids volume and first moments of the
+!> intersection of a box with a box or a cylinder along an axis, in closed form, and with a sphere, by its slices.
 module hampm_ring_moments
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm, in_plane, quarter_turn
@@ -16,9 +16,9 @@ module hampm_ring_moments
 
 contains
 
-   !> Area of a circle around the origin in a box, and its first moments around the lower corner of the box: between places where an arc meets
-   !> a side of the box, what is inside is between arcs y = +-s(x), s = sqrt(r^2 - x^2), and the sides. Nothing is as large as the circle, of
-   !> which rounding would be much of a sliver.
+   !> Area of a circle around the origin in a box, and its first moments around the lower corner of the box: between intersections
+   !> of arc and sides, the inside is bounded by the arcs y = +-s(x), s = sqrt(r^2 - x^2), and the sides. No term is as large as the
+   !> circle, whose rounding would be much of a sliver.
    pure function moments_of_circle(lower, upper, r) result(m)
       real(dp), intent(in) :: lower(ndim), upper(ndim), r
       real(dp) :: m(0:ndim)
