@@ -256,6 +256,12 @@ def key_table(schema):
     return module("key_table", "Every group and key of the namelist.", uses, ["groups", "keys", "key_count", *constants], lines)
 
 
+def with_meaning(start, meaning, unit):
+    """A line of at most 132 columns; a longer meaning ends after a word with dots, as the table of keys has the whole."""
+    room = 132 - len(start) - len(unit)
+    return start + (meaning if len(meaning) <= room else textwrap.shorten(meaning, room, placeholder=" ...")) + unit
+
+
 def component(schema, key, row, is_absent):
     """(declaration, statements that take the value) of a key; at first 0 or '' where its group may be absent."""
     fewest, most = count_of(schema, row)
@@ -312,7 +318,7 @@ def group_values(schema):
             lines += [f"   !> &{name}: {group['meaning']}", f"   type{f', extends({parent})' * bool(parent)} :: {kind}"]
             for key, (declared, _) in taken.items():
                 row = group["keys"][key]
-                lines.append(f"      {declared}".ljust(45) + f" !! {row['meaning']}" + (f" [{row['unit']}]" if "unit" in row else ""))
+                lines.append(with_meaning(f"      {declared}".ljust(45) + " !! ", row["meaning"], f" [{row['unit']}]" if "unit" in row else ""))
             lines += [f"      type(constant_t) :: constants(size({name}_constants)) !! of laws"] * constants + [f"   end type {kind}", ""]
         public.append(f"take_{name}")
         contains += [f"   !> Take the values of the keys of &{name}; 0 or '' where they are wrong.",

@@ -27,7 +27,7 @@ module hampm_body_group
    type :: hole_t
       integer :: number = 0                      !! of the group, among all &body
       integer :: body = 0                        !! in which it is, 0 for none
-      character(name_len) :: shape = ''          !! as that of a body
+      character(name_len) :: shape = ''          !! as the shape of a body
       type(ring_t) :: ring
    end type hole_t
 

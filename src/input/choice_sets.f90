@@ -1,4 +1,4 @@
-!> Sets of choices that the tables of what can be chosen tell, by which the tables of keys and of rules mean them: in braces, as in
+!> Sets of choices from the tables of laws, indicators and estimators, named in braces by the tables of keys and of rules, as in
 !> `&energy_release estimators = {estimators at nodes}`.
 module hampm_choice_sets
    use hampm_kinds, only: name_len

@@ -27,7 +27,7 @@ contains
       law = new_cohesive_law(self%openings, self%tractions, self%of_shear, self%by_power, self%exponent)
    end function law
 
-   !> Take all groups of this name: of the laws `linear` and `bilinear` the opening at which the toughness has been taken is 2 G/strength.
+   !> Take all groups of this name: for the laws `linear` and `bilinear` the opening at complete separation is 2 G/strength.
    pure subroutine fill_cohesive(settings, cohesive)
       type(settings_t), intent(in) :: settings
       type(cohesive_t), allocatable, intent(out) :: cohesive(:)
@@ -40,7 +40,7 @@ contains
             cohesive(k)%tractions = settings%numbers(entry, 'tractions')
             if (settings%text(entry, 'law') /= 'table') then
                cohesive(k)%openings = [settings%number(entry, 'opening'), &
-                                       2*settings%number(entry, 'toughness')/merge(strength, 1.0_dp, strength > 1e-200_dp)] ! others are errors
+                                       2*settings%number(entry, 'toughness')/merge(strength, 1.0_dp, strength > 1e-200_dp)]
                cohesive(k)%tractions = [strength, 0.0_dp]
             end if
          end associate

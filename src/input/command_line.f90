@@ -10,11 +10,11 @@ module hampm_command_line
    private
    public :: options_t, changes_model, command_arguments, parse_arguments, usage_text
 
-   !> What the command line asks for.
+   !> Options of the command line.
    type :: options_t
       character(:), allocatable :: input           !! path of the namelist file; '' where none is needed
       character(:), allocatable :: output          !! folder for results; '' where it is not given
-      character(:), allocatable :: resume          !! path of the checkpoint from which to go on; '' for a new run
+      character(:), allocatable :: resume          !! path of the checkpoint to resume from; '' for a new run
       type(string_t), allocatable :: overrides(:)  !! `group.key=value`, in the order given
       integer :: threads = 0                       !! 0: chosen by the program
       integer(long) :: steps = 0                   !! after which the run stops with a checkpoint; 0: none
@@ -57,7 +57,7 @@ module hampm_command_line
 
    integer, parameter :: most_threads = 1024
 
-   ! What of a run that is resumed may be changed: when checkpoints are written, and when it ends
+   ! Keys of a resumed run that may be changed: those of checkpoints and of its end
    character(*), parameter :: of_checkpoints(*) = [character(26) :: 'output.checkpoint_interval', 'output.checkpoint_steps']
    character(*), parameter :: of_end(*) = [character(26) :: 'run.end_time', 'method.load_steps', 'run.stop_']
 
@@ -194,7 +194,7 @@ contains
       call apply_option(name, value, options, errors)
    end subroutine take_option
 
-   !> Do what an option that exists asks for; complain about its value.
+   !> Apply an option that exists; add an error if its value is wrong.
    pure subroutine apply_option(name, value, options, errors)
       character(*), intent(in) :: name, value
       type(options_t), intent(inout) :: options

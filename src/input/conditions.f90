@@ -1,8 +1,8 @@
 !> Conditions on a model: `&crack kind = 'line' | 'path' and &crack contact /= 'none' or cells that are cut`. Words between `and`
-!> and `or` are a group that is present (`&growth`), a key that the user has set to something else than its default (`&load times`), a key
-!> with one of some values (`=`), with none of them (`/=`), above or below a number (`>`, `<`), or a feature.
+!> and `or`: a present group (`&growth`), a key that differs from its default (`&load times`), a key with one of some values (`=`),
+!> with none of them (`/=`), above or below a number (`>`, `<`), or a feature.
 !>
-!> Features of a model that no single key tells: predicates with names, by which rules of src/input/schema mean them.
+!> Features of a model that no single key gives: named predicates for the rules of src/input/schema.
 module hampm_conditions
    use hampm_choice_sets, only: is_among
    use hampm_key_rows, only: key_t
@@ -26,7 +26,7 @@ module hampm_conditions
 
 contains
 
-   !> Whether a word holds of a model, and of one of its groups where it is about such. What has an error in it does not hold.
+   !> Whether a word holds for a model, and for one of its groups if it names that. A setting with an error does not hold.
    pure logical function holds(atom, model, settings, entry)
       type(atom_t), intent(in) :: atom
       type(model_t), intent(in) :: model
@@ -56,7 +56,7 @@ contains
       end associate
    end function holds
 
-   !> Which of the values of a setting is one of those of a word, 0 for none.
+   !> Index of the first value of a setting among those of a word, 0 for none.
    pure integer function position(atom, setting)
       type(atom_t), intent(in) :: atom
       type(setting_t), intent(in) :: setting
@@ -82,7 +82,7 @@ contains
       end if
    end function number
 
-   !> Whether a setting says what holds without it.
+   !> Whether a setting is equal to the default of its key.
    pure logical function is_default(setting, key)
       type(setting_t), intent(in) :: setting
       type(key_t), intent(in) :: key
@@ -209,7 +209,7 @@ contains
       end do
    end function has_scaled_motions
 
-   !> Whether the interval of the samples is not that of the load steps, by which it was replaced.
+   !> Whether the interval of the samples differs from the load steps, which replace it.
    pure logical function asks_for_other_samples(settings, output) result(asks)
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: output              !! position of the group, 0 for none

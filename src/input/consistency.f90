@@ -1,7 +1,6 @@
-!> Whether the keys of a model agree with each other: the grid, the bodies and their materials, the outputs; whether the constants of materials
-!> are those of solids; whether what tells cells to refine has a region with material in it and room for more particles; whether contact between
-!> bodies has cells and cracks with which it goes; and whether cracks run along the domains of particles of `shape_functions = 'cpdi'`.
-!> A check whose ingredients were already found to be wrong is passed over.
+!> Checks of keys against each other: grid, bodies and their materials, outputs; material constants against those of solids;
+!> refinement against regions with material and room for more particles; contact between bodies against cells and cracks; cracks
+!> against the domains of particles of `shape_functions = 'cpdi'`. A check whose input has an error already is skipped.
 module hampm_consistency
    use hampm_body_group, only: body_t, profile_t
    use hampm_cohesive_consistency, only: check_cohesive
@@ -120,7 +119,7 @@ contains
       do i = 1, size(model%bodies)
          entry = settings%find('body', i)
          if (.not. settings%good(entry, 'material') .or. model%bodies(i)%material_index > 0) cycle
-         if (model%bodies(i)%material == '') cycle ! told by a rule
+         if (model%bodies(i)%material == '') cycle ! a rule reports it
          call settings%complain(entry, 'material', 'must be the name of a &material'// &
                                 did_you_mean(trim(model%bodies(i)%material), names))
       end do
@@ -393,11 +392,11 @@ contains
          'Give the same &body contact_group to those that are not in contact')
    end subroutine check_contact
 
-   !> Cracks are those of the first velocity field: no straight part of one is in a body of another.
+   !> Cracks are on the first velocity field: no straight part of one is in a body of another.
    pure subroutine check_cracks(model, settings)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
-      integer, parameter :: places = 1000        ! of a part that are looked at
+      integer, parameter :: places = 1000        ! sampled places of a part
       integer :: velocity_fields(0:size(model%bodies)), k, s, i
       velocity_fields = [1, velocity_fields_of(model)] ! 0 is no body
       do k = 1, size(model%paths)

@@ -32,7 +32,7 @@ contains
       leads = self%quantity == 'load' .or. self%quantity == 'displacement'
    end function leads
 
-   !> What is given at a time: the load factor, or the displacement of the load frame [-] or [m].
+   !> Prescribed value at a time: the load factor [-], or the displacement of the load frame [m].
    pure real(dp) function target_at(self, time) result(target)
       class(control_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]

@@ -105,7 +105,7 @@ contains
       end do
    end function is_held
 
-   !> What is asked about the energy release rate needs a crack, and a reference needs its model.
+   !> Outputs of the energy release rate need a crack, and a reference needs its model.
    pure subroutine check_energy_release(model, settings, has_geometry)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings

@@ -18,8 +18,8 @@ module hampm_crack_groups
       character(name_len) :: key = 'points'      !! which tells where it is
       logical :: contact = .false.               !! whether its faces press on each other
       real(dp) :: friction = 0                   !! coefficient [-]
-      real(dp) :: held_from = 0                  !! way along its points from which on cohesion holds its faces: there its tip is at first; 0:
-                                                 !! none does, or all along it [m]
+      real(dp) :: held_from = 0                  !! distance along its points at which cohesion begins to hold its faces,
+                                                 !! the initial tip; 0: no cohesion, or along its whole length [m]
       logical :: at_nodes = .false.              !! whether it runs along grid lines, with its tips at nodes, and stays there
       real(dp), allocatable :: points(:, :)      !! [m], (ndim, points)
    end type path_spec_t
@@ -34,7 +34,7 @@ module hampm_crack_groups
    !> &growth: how a crack grows.
    type, extends(growth_keys_t) :: growth_t
       integer :: path = 0                        !! number of the path, or 1 of a crack on a symmetry plane; 0: there is no such one
-      type(growth_law_t) :: law                  !! without a name where there is none of the one given
+      type(growth_law_t) :: law                  !! without a name if its name is unknown
       type(factors_t) :: factors                 !! of its toughness
       real(dp), allocatable :: points(:, :)      !! of 'path' [m], (ndim, any)
       real(dp) :: end = huge(1.0_dp)             !! until when [s]
@@ -49,15 +49,15 @@ module hampm_crack_groups
       procedure :: turns
    end type growth_t
 
-   !> &energy_release: what is recorded of energy.
+   !> &energy_release: recorded energy quantities.
    type, extends(energy_release_keys_t) :: energy_release_t
       type(estimator_t), allocatable :: chosen(:) !! estimators of G and K, the best one first
    end type energy_release_t
 
 contains
 
-   !> Take all groups of this name. An odd number of coordinates leaves the last one out. All but paths have their tip alone, where that is
-   !> good, as long as it is not known how far they reach.
+   !> Take all groups of this name. An odd number of coordinates leaves the last one out. All except paths have only their tip, if
+   !> it is valid, until their length is known.
    pure subroutine fill_paths(settings, paths)
       type(settings_t), intent(in) :: settings
       type(path_spec_t), allocatable, intent(out) :: paths(:)
@@ -76,7 +76,7 @@ contains
       end do
    end subroutine fill_paths
 
-   !> Take all groups of this name, of solids. What is wrong or missing is 0 or empty.
+   !> Take all groups of this name, of solids. Wrong or missing values are 0 or empty.
    pure subroutine fill_planes(settings, planes)
       type(settings_t), intent(in) :: settings
       type(plane_spec_t), allocatable, intent(out) :: planes(:)
@@ -112,8 +112,8 @@ contains
       turns = self%direction /= 'straight' .and. self%direction /= 'path'
    end function turns
 
-   !> Toughness that a tip meets [J/m2]: that of the law, with the toughness of the body in place of that of the group, by all factors. Along a seam the
-   !> least tough body has its say.
+   !> Toughness at a tip [J/m2]: of the law, with the body's toughness in place of the group's, times all factors. On a seam the
+   !> least tough body counts.
    pure real(dp) function toughness_at(self, advance)
       class(growth_t), intent(in) :: self
       type(advance_t), intent(in) :: advance
@@ -151,7 +151,7 @@ contains
       class(growth_t), intent(in) :: self
       real(dp), intent(in) :: range              !! of K [Pa sqrt(m)]
       real(dp), intent(in) :: ratio              !! least over largest K [-]
-      real(dp), intent(in) :: part               !! largest K over that of the toughness [-]
+      real(dp), intent(in) :: part               !! largest K over K_c [-]
       rate_at = 0
       if (self%law%is_cyclic()) rate_at = self%law%rate(self%constants, trim(self%rate), range, ratio, part)
    end function rate_at

@@ -1,5 +1,5 @@
-!> What is around a place of a model at which a tip of a crack is or may come: bodies, materials, loads and constraints, and how far from it a domain
-!> integral may reach.
+!> Surroundings of a place of a model at which a crack tip may be: bodies, materials, loads and constraints, and the largest radius
+!> of a domain integral there.
 module hampm_crack_placement
    use hampm_kinds, only: dp, ndim, long
    use hampm_front, only: region_t, region_of
@@ -23,7 +23,7 @@ module hampm_crack_placement
 
 contains
 
-   !> How far one can go from a point, in a direction along the grid lines, in bodies or along their edges [m].
+   !> Distance from a point, in a direction along the grid lines, to the end of the bodies or of their edges [m].
    pure real(dp) function distance_in_material(model, start, direction) result(distance)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: start(ndim)
@@ -43,7 +43,7 @@ contains
       end do
    end function distance_in_material
 
-   !> The body that a point is in or at the edge of, of several the one that leads, 0 where there is none.
+   !> The body that contains a point, or has it on its edge; of several the one that leads, 0 if there is none.
    pure integer function body_at(model, point) result(body)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: point(ndim)
@@ -58,8 +58,8 @@ contains
       end do
    end function body_at
 
-   !> Whether on a seam the material of a body tells what holds for both, and not that of another one, in whichever order they are: it remembers, has
-   !> axes of its own, is for any strain, or is the softer one.
+   !> Whether the material of a body, and not of another one, represents both on a seam, in any order of bodies: it is
+   !> history-dependent, has axes of its own, is for finite strain, or is the softer one.
    pure logical function leads(model, body, other)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body, other
@@ -79,7 +79,7 @@ contains
       if (first > 0) leads = marks(first, 1) > marks(first, 2)
    end function leads
 
-   !> Take the toughness of the body ahead, or where there is none of that at a place. On the seam of bodies the least of theirs counts, in whichever order they are.
+   !> Take the toughness of the body ahead, else of the one at a place. On a seam of bodies, in any order, the least counts.
    pure subroutine take_toughness(model, ahead, place, advance)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: ahead(ndim), place(ndim) !! [m]
@@ -113,8 +113,8 @@ contains
       covered = area_around(model, tip, radius) >= wanted - 4*radius*tolerance(model%grid)
    end function is_covered
 
-   !> The largest radius, not above `most`, around a tip whose box is full of material [m]; 0 where there is none. That is `most`
-   !> or where an edge of a body is, which is sought by halves where bodies have outlines.
+   !> The largest radius, at most `most`, around a tip whose box is full of material [m]; 0 if there is none. It is `most` or ends
+   !> at an edge of a body, found by bisection if bodies have outlines.
    pure real(dp) function covered_radius(model, tip, most) result(radius)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: tip(ndim)
@@ -165,7 +165,7 @@ contains
       if (is) is = .not. are_alike(model, body, body_at(model, tip))
    end function is_other_within
 
-   !> The largest radius around a tip within which there are no other materials but in layers along the crack [m]; huge where there is no bound.
+   !> The largest radius around a tip without other materials except layers along the crack [m]; huge if unbounded.
    pure real(dp) function distance_to_others(model, tip, direction) result(distance)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: tip(ndim), direction(ndim) !! direction of any length [m]
@@ -179,8 +179,8 @@ contains
       end do
    end function distance_to_others
 
-   !> Whether a body is, as far as a radius around a tip goes, a layer along the crack: then the material does not change in its direction,
-   !> and J does not depend on the path.
+   !> Whether a body, within a radius around a tip, is a layer along the crack: the material then does not change in the crack's
+   !> direction, and J is path-independent.
    pure logical function is_layer(model, body, tip, direction, radius)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body
@@ -188,7 +188,7 @@ contains
       is_layer = layer_around(model, body, tip, direction) >= radius - tolerance(model%grid)
    end function is_layer
 
-   !> The largest radius around a tip up to which a body, with those like it that continue it, is a layer along the crack [m]; below 0 where it is none.
+   !> The largest radius around a tip within which a body, with its continuations, is a layer along the crack [m]; below 0: none.
    pure real(dp) function layer_around(model, body, tip, direction) result(radius)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body
@@ -215,8 +215,8 @@ contains
       radius = min(tip(along) - lower(along), upper(along) - tip(along))
    end function layer_around
 
-   !> The bodies above and below a tip, to the left and to the right of its direction, where its crack is the interface of their two materials and there
-   !> is no other within a radius; else 0.
+   !> The bodies left and right of a tip if its crack is the interface of their two materials and no other body is within a radius;
+   !> else 0.
    pure function sides_of_tip(model, tip, direction, radius) result(bodies)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: tip(ndim), direction(ndim), radius !! direction of any length; others [m]
@@ -252,7 +252,7 @@ contains
       normal = merge(1, -1, load%face == 'left')*quarter_turn(normal)/norm(normal)
    end function face_normal
 
-   !> Distance of a tip from the nearest load at a place but on the faces of a crack [m]; huge where there is none.
+   !> Distance of a tip from the nearest load that is not on crack faces [m]; huge if there is none.
    pure real(dp) function distance_to_loads(model, tip) result(distance)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: tip(ndim)
@@ -266,8 +266,8 @@ contains
       end do
    end function distance_to_loads
 
-   !> Distance of a tip from the nearest place of a constraint [m]; at a symmetry plane from where it may hold a node of material, but for the plane
-   !> held in the direction normal to it. Huge where there is none.
+   !> Distance of a tip from the nearest place of a constraint [m]; on a symmetry plane from its possible nodes with material,
+   !> without the normal constraint of the plane itself. Huge if there is none.
    pure real(dp) function distance_to_constraints(model, tip) result(distance)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: tip(ndim)
@@ -300,7 +300,7 @@ contains
       end do
    end function distance_to_constraints
 
-   !> How far ahead of a place on a symmetry plane, in the direction of its crack, the constraints hold the plane [m].
+   !> Length ahead of a place on a symmetry plane, in the direction of its crack, along which constraints hold the plane [m].
    pure real(dp) function held_ahead(model, place) result(distance)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: place(ndim)        !! [m]
@@ -332,7 +332,7 @@ contains
       least_radius = least_cells*finest_cell(model)
    end function least_radius
 
-   !> The radii of the domain integral: those of the model or, where it names none, up to three that fit below the largest [m].
+   !> Radii of the domain integral: those of the model or else up to three that fit below the largest [m].
    pure function domain_radii(model, most) result(radii)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: most               !! the largest that there may be around a tip [m]
@@ -349,8 +349,8 @@ contains
       end if
    end function domain_radii
 
-   !> Where a plane of a solid is cracked, in the box around the bodies with material in it, with the outlines of these where any is no box: fronts end at
-   !> their sides. It has no corners where no body is there.
+   !> The cracked region of a plane of a solid, in the box around the bodies with material in it, with the outlines of those that
+   !> are no boxes: fronts end at their sides. No corners without any body there.
    pure type(region_t) function region_in(model, plane) result(region)
       type(model_t), intent(in) :: model
       type(plane_spec_t), intent(in) :: plane

@@ -16,7 +16,7 @@ module hampm_cycles_group
 
 contains
 
-   !> Take the values of the group; without it there is one block that goes on.
+   !> Take the values of the group; without it there is one endless block.
    pure subroutine fill_cycles(settings, cycles)
       type(settings_t), intent(in) :: settings
       type(cycles_t), intent(out) :: cycles

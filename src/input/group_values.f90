@@ -18,7 +18,7 @@ module hampm_group_values
    !> &run: what is computed, and for how long
    type :: run_keys_t
       character(path_len) :: title = ''       !! what the run is about; the result keeps it
-      character(name_len) :: plane = 'stress' !! plane stress, plane strain, or material around the axis x = 0, where x is the radius
+      character(name_len) :: plane = 'stress' !! plane stress, plane strain, or material around the axis x = 0, where x is the ...
       real(dp) :: end_time = 0.0_dp           !! the run goes from time 0 to this time [s]
       character(name_len) :: stop_when(4) = '' !! what ends the run before that, at a sample; none by default
       real(dp) :: stop_length = 0.0_dp        !! of crack_length: length of a whole crack [m]
@@ -37,24 +37,24 @@ module hampm_group_values
    !> &material: a material; bodies name it
    type :: material_keys_t
       character(name_len) :: name = ''        !! name that bodies refer to
-      character(name_len) :: law = 'linear_elastic' !! neo_hookean and mooney_rivlin are for any strain and rotation, the others for small ones
+      character(name_len) :: law = 'linear_elastic' !! neo_hookean and mooney_rivlin are for any strain and rotation, the others ...
       real(dp) :: young = 0.0_dp              !! Young's modulus, at small strain; required of isotropic laws [Pa]
       real(dp) :: poisson = 0.0_dp            !! Poisson's ratio, at small strain
       real(dp) :: density = 0.0_dp            !! mass per undeformed volume [kg/m3]
-      character(name_len) :: volumetric = 'standard' !! each point has its own dilatation, or the mean of its cell, which does not lock at constant volume
+      character(name_len) :: volumetric = 'standard' !! each point has its own dilatation, or the mean of its cell, which does ...
       type(constant_t) :: constants(size(material_constants)) !! of laws
    end type material_keys_t
 
    !> &body: a piece of material, or a hole in one; bodies must not overlap
    type, extends(body_shape_t) :: body_keys_t
       character(name_len) :: material = ''    !! name of its material; none of a hole
-      character(name_len) :: shape = 'rectangle' !! a rectangle along the grid lines, a polygon or a circle; a solid is a box, cylinder or sphere
+      character(name_len) :: shape = 'rectangle' !! a rectangle along the grid lines, a polygon or a circle; a solid is a box, ...
       integer :: points_per_cell = 2          !! material points per root cell in each direction; even where cells may refine
       real(dp) :: velocity(ndim) = 0.0_dp     !! initial velocity of its middle [m/s]
-      real(dp) :: spin(merge(1, 3, ndim == 2)) = 0.0_dp !! initial angular velocity around its middle, anticlockwise; of a solid around x, y and z [rad/s]
-      logical :: held = .true.                !! whether its eigenstrain stays where growth at rest scales loads, instead of being scaled too
-      real(dp) :: toughness = 0.0_dp          !! energy release rate at which a crack grows in it, in place of that of &growth; 0: that [J/m2]
-      character(name_len) :: contact_group = '' !! with &contact: bodies of the same part are one; without a name a body is one by itself
+      real(dp) :: spin(merge(1, 3, ndim == 2)) = 0.0_dp !! initial angular velocity around its middle, anticlockwise; of ... [rad/s]
+      logical :: held = .true.                !! whether its eigenstrain stays where growth at rest scales loads, instead of ...
+      real(dp) :: toughness = 0.0_dp          !! energy release rate at which a crack grows in it, in place of that of ... [J/m2]
+      character(name_len) :: contact_group = '' !! with &contact: bodies of the same part are one; without a name a body is one ...
    end type body_keys_t
 
    !> &constraint: displacement components of all grid nodes in a box that are held, or moved as prescribed
@@ -66,15 +66,15 @@ module hampm_group_values
 
    !> &load: a force on the material, with its history in time
    type :: load_keys_t
-      character(name_len) :: kind = ''        !! acts at a point, on an edge, in a box, normal to an edge or crack, on all material; or lets waves out of an edge
+      character(name_len) :: kind = ''        !! acts at a point, on an edge, in a box, normal to an edge or crack, on all ...
       real(dp) :: lower(ndim) = 0.0_dp        !! lower corner of where it acts; none of gravity and of pressure on a crack [m]
-      real(dp) :: upper(ndim) = 0.0_dp        !! upper corner of where it acts, for a point equal to the lower one; none where lower is none [m]
-      integer :: side = 0                     !! of a traction, pressure or absorbing edge: the side of a polygon or rectangle, by its number; 0: all in the box
+      real(dp) :: upper(ndim) = 0.0_dp        !! upper corner of where it acts, for a point equal to the lower one; none ... [m]
+      integer :: side = 0                     !! of a traction, pressure or absorbing edge: the side of a polygon or rectangle, ...
       real(dp) :: force(ndim) = 0.0_dp        !! of a point, traction or body: resultant of the whole load where its factor is 1 [N]
-      real(dp) :: pressure = 0.0_dp           !! of a pressure: force on each area where its factor is 1, positive into the material [Pa]
+      real(dp) :: pressure = 0.0_dp           !! of a pressure: force on each area where its factor is 1, positive into the ... [Pa]
       character(name_len) :: crack = ''       !! of a pressure on a crack: its name, not needed where there is only one
       real(dp) :: acceleration(ndim) = 0.0_dp !! of gravity: force on each mass where its factor is 1 [m/s2]
-      character(name_len) :: face = ''        !! of a point or traction on a line or path: its face, as one walks to its tip or last point
+      character(name_len) :: face = ''        !! of a point or traction on a line or path: its face, as one walks to its tip or ...
       character(name_len) :: name = ''        !! by which a &probe means it
    end type load_keys_t
 
@@ -85,46 +85,46 @@ module hampm_group_values
 
    !> &contact: how bodies that meet act on each other
    type :: contact_keys_t
-      character(name_len) :: bodies = 'bonded' !! bonded: one velocity field, in which they stick; else one for each: those that touch stick, or slide
+      character(name_len) :: bodies = 'bonded' !! bonded: one velocity field, in which they stick; else one for each: those that ...
       real(dp) :: friction = 0.0_dp           !! of bodies = 'friction': coefficient
       real(dp) :: distance = 0.0_dp           !! gap between their surfaces at which bodies touch [m]
    end type contact_keys_t
 
    !> &method: how the equations of motion are integrated
    type :: method_keys_t
-      character(name_len) :: time = 'explicit' !! how motion is followed: by short explicit steps, by implicit ones, or from equilibrium to equilibrium
-      real(dp) :: time_step = 0.0_dp          !! of time = 'implicit': longest time step; 0: by courant, and 1/1000 of end_time where that is 0 [s]
-      real(dp) :: hht_alpha = 0.0_dp          !! of time = 'implicit': 0 for average acceleration; below it steps damp what they do not resolve
-      character(name_len) :: start = 'undeformed' !! of motion: from undeformed bodies, or from the static equilibrium of what acts at time 0
+      character(name_len) :: time = 'explicit' !! how motion is followed: by short explicit steps, by implicit ones, or from ...
+      real(dp) :: time_step = 0.0_dp          !! of time = 'implicit': longest time step; 0: by courant, and 1/1000 of ... [s]
+      real(dp) :: hht_alpha = 0.0_dp          !! of time = 'implicit': 0 for average acceleration; below it steps damp what they ...
+      character(name_len) :: start = 'undeformed' !! of motion: from undeformed bodies, or from the static equilibrium of what ...
       integer :: load_steps = 1               !! of time = 'static': equal steps of the time, by which loads vary, up to end_time
-      character(name_len) :: scheme = 'musl'  !! when a step updates the stress: first, last, half and half, or last by velocities mapped anew
-      real(dp) :: courant = 0.0_dp            !! time step over cell size / wave speed; 0: 0.9 of the limit, in the updated frame 0.1 or less
+      character(name_len) :: scheme = 'musl'  !! when a step updates the stress: first, last, half and half, or last by ...
+      real(dp) :: courant = 0.0_dp            !! time step over cell size / wave speed; 0: 0.9 of the limit, in the updated ...
       character(name_len) :: path = 'fastest' !! of explicit steps: the fastest one for the model, or the plain reference step
       character(name_len) :: wave_speed = 'shear' !! which wave speed courant refers to
       character(name_len) :: time_steps = 'global' !! one for all cells, that of the smallest, or longer ones for larger cells
-      character(name_len) :: frame = 'total'  !! shape functions at the present positions, for bodies that meet, or always at the initial ones
-      character(name_len) :: shape_functions = 'linear' !! of a particle in frame = 'updated': of its place, or the mean over the corners of its domain
-      character(name_len) :: mass = 'lumped'  !! mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a weighted mean of both
+      character(name_len) :: frame = 'total'  !! shape functions at the present positions, for bodies that meet, or always at ...
+      character(name_len) :: shape_functions = 'linear' !! of a particle in frame = 'updated': of its place, or the mean over ...
+      character(name_len) :: mass = 'lumped'  !! mass matrix: by row sums, consistent, so in some cells, a series for its ...
       integer :: order = 2                    !! of mass = 'fmpm': number of terms of the series; 1 is lumped
-      real(dp) :: lumped_fraction = 0.2778_dp !! of mass = 'weighted': weight of the lumped matrix; 5/18 has the least dispersion in short steps
-      character(name_len) :: consistent_region = 'box' !! of mass = 'partial': it is consistent in a box, or in the cells that are refined
-      real(dp) :: consistent_lower(ndim) = 0.0_dp !! of consistent_region = 'box': lower corner of the box in which mass = 'partial' is consistent [m]
+      real(dp) :: lumped_fraction = 0.2778_dp !! of mass = 'weighted': weight of the lumped matrix; 5/18 has the least ...
+      character(name_len) :: consistent_region = 'box' !! of mass = 'partial': it is consistent in a box, or in the cells that ...
+      real(dp) :: consistent_lower(ndim) = 0.0_dp !! of consistent_region = 'box': lower corner of the box in which mass = ... [m]
       real(dp) :: consistent_upper(ndim) = 0.0_dp !! of consistent_region = 'box': upper corner of this box; needed there [m]
-      character(name_len) :: solver = 'auto'  !! of mass matrices that are not lumped and of equilibrium; auto: direct; cg for masses on 1e6 cells, solids of 3e4 or more
+      character(name_len) :: solver = 'auto'  !! of mass matrices that are not lumped and of equilibrium; auto: direct; cg for ...
    end type method_keys_t
 
    !> &crack: a crack; without this group the model has none. Those of the kinds line and path may be several
    type :: crack_keys_t
-      character(name_len) :: kind = ''        !! along the constrained edge of a symmetric half, or straight to a tip, or along points; of solids also in a plane inside
+      character(name_len) :: kind = ''        !! along the constrained edge of a symmetric half, or straight to a tip, or along ...
       real(dp) :: direction(ndim) = 0.0_dp    !! from the crack out of its tip; at a symmetry plane along it
-      real(dp) :: length = 0.0_dp             !! of a line with two tips: from one to the other; 0: it reaches the edge of the material [m]
+      real(dp) :: length = 0.0_dp             !! of a line with two tips: from one to the other; 0: it reaches the edge of ... [m]
       character(name_len) :: name = ''        !! by which other groups mean it
    end type crack_keys_t
 
    !> &cohesive: how the faces of a crack hold each other by cohesion; without this group they do not
    type :: cohesive_keys_t
       character(name_len) :: crack = ''       !! name of the crack; may be left out where there is one crack
-      real(dp) :: from = 0.0_dp               !! way along its points from which on faces hold each other; there its tip is at first [m]
+      real(dp) :: from = 0.0_dp               !! way along its points from which on faces hold each other; there its tip is ... [m]
       real(dp) :: exponent = 0.0_dp           !! of that
    end type cohesive_keys_t
 
@@ -134,7 +134,7 @@ module hampm_group_values
       character(name_len) :: direction = ''   !! where tips go to; path: along points
       character(name_len) :: rate = ''        !! of law = fatigue: whose law the way in a load cycle follows
       real(dp) :: start = 0.0_dp              !! from when on this &growth applies, in motion [s]
-      real(dp) :: increment = 0.0_dp          !! by which a tip advances in a load step at rest; of fatigue that which is the first to [m]
+      real(dp) :: increment = 0.0_dp          !! by which a tip advances in a load step at rest; of fatigue that which is ... [m]
       real(dp) :: max_length = 0.0_dp         !! length of the whole crack at which it stops; 0: none [m]
       type(constant_t) :: constants(size(growth_constants)) !! of laws
    end type growth_keys_t
@@ -142,14 +142,14 @@ module hampm_group_values
    !> &nucleation: when a &crack appears at rest that is not there before: by strength and toughness together
    type :: nucleation_keys_t
       character(name_len) :: crack = ''       !! name of the crack; may be left out where there is one crack
-      real(dp) :: toughness = 0.0_dp          !! energy that it must release for its area, from the equilibrium before it to the one with it [J/m2]
-      real(dp) :: strength = 0.0_dp           !! stress across it that all of it must have before; 0: the energy tells, if stress opens it in the mean [Pa]
-      real(dp) :: increment = 0.0_dp          !! by which the lengths differ that are tried, from its first point on; 0: it appears as a whole [m]
+      real(dp) :: toughness = 0.0_dp          !! energy that it must release for its area, from the equilibrium before it ... [J/m2]
+      real(dp) :: strength = 0.0_dp           !! stress across it that all of it must have before; 0: the energy tells, if ... [Pa]
+      real(dp) :: increment = 0.0_dp          !! by which the lengths differ that are tried, from its first point on; 0: it ... [m]
    end type nucleation_keys_t
 
    !> &control: what a load frame controls as cracks grow at rest; load and displacement become columns
    type :: control_keys_t
-      character(name_len) :: quantity = ''    !! what is given: growth, an increment a load step; the load; or the displacement of the load frame
+      character(name_len) :: quantity = ''    !! what is given: growth, an increment a load step; the load; or the displacement ...
       real(dp) :: displacement = 0.0_dp       !! of the load frame where its factor is 1 [m]
       real(dp) :: stiffness = 0.0_dp          !! of the load frame, a spring in series with the specimen; 0: it is rigid [N/m]
    end type control_keys_t
@@ -157,10 +157,10 @@ module hampm_group_values
    !> &energy_release: which energy quantities are recorded
    type :: energy_release_keys_t
       logical :: energy_balance = .false.     !! whether the history records the energy that the method itself loses, numerical_loss
-      real(dp), allocatable :: radii(:)       !! of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more; of solids 4, 5 and 6 cells [m]
+      real(dp), allocatable :: radii(:)       !! of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of ... [m]
       logical :: t_stress = .false.           !! whether the history records the T-stress, by domain_integral
-      real(dp) :: phase_length = 0.0_dp       !! of tips between two materials: distance ahead at which K_I and K_II are those of the stress; 0: no K there [m]
-      character(name_len) :: reference = 'none' !! where the reference value G_ref comes from: nowhere, double cantilever beam theory, or a key
+      real(dp) :: phase_length = 0.0_dp       !! of tips between two materials: distance ahead at which K_I and K_II are ... [m]
+      character(name_len) :: reference = 'none' !! where the reference value G_ref comes from: nowhere, double cantilever beam ...
       real(dp) :: reference_value = 0.0_dp    !! G_ref where reference = 'value'; needed there [J/m2]
    end type energy_release_keys_t
 
@@ -169,7 +169,7 @@ module hampm_group_values
       character(name_len) :: name = ''        !! what the names of its columns end with, before x, y, xx, yy, xy or zz
       character(name_len) :: quantity(4) = '' !! what is recorded, one or several
       character(name_len) :: face = ''        !! of a point on a crack: its face, as one walks to the tip or last point of the crack
-      character(name_len) :: of(2) = ''       !! of opening or volume: name of the crack; of load_line: of the load or constraint, and of another it moves from
+      character(name_len) :: of(2) = ''       !! of opening or volume: name of the crack; of load_line: of the load or ...
       character(name_len) :: tip = ''         !! of opening: at which end of its crack the tip is
       real(dp) :: distance = 0.0_dp           !! of opening: how far behind that tip, along the crack [m]
    end type probe_keys_t
@@ -177,8 +177,8 @@ module hampm_group_values
    !> &output: what is written, and how often
    type :: output_t
       character(path_len) :: file = ''        !! result file in the output folder; by default named after the namelist file
-      real(dp) :: history_interval = 0.0_dp   !! time between samples of the history, where explicit steps end; 0: a thousandth of end_time [s]
-      real(dp) :: snapshot_interval = 0.0_dp  !! time between snapshots of particles and mesh, taken at the end of the step or load step in which it comes; 0: none [s]
+      real(dp) :: history_interval = 0.0_dp   !! time between samples of the history, where explicit steps end; 0: a ... [s]
+      real(dp) :: snapshot_interval = 0.0_dp  !! time between snapshots of particles and mesh, taken at the end of the step ... [s]
       real(dp) :: checkpoint_interval = 0.0_dp !! wall time between checkpoints, from which --resume goes on; 0: none [s]
       integer :: checkpoint_steps = 0         !! steps between checkpoints; 0: none
    end type output_t

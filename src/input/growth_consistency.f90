@@ -43,14 +43,14 @@ contains
       end associate
    end subroutine check_cycles
 
-   !> Check what growth and cohesion on a symmetry plane ask of a model.
+   !> Check the requirements of growth and cohesion on a symmetry plane.
    pure subroutine check_on_plane(model, settings)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       character(*), parameter :: of_crack = 'where a &crack of kind = ''symmetry'' goes on'
       integer :: entry, i, normal
       normal = maxloc(merge(0, 1, abs(model%paths(1)%direction) > 0), dim=1)
-      if (size(model%paths(1)%points, 2) < 2) return ! told already
+      if (size(model%paths(1)%points, 2) < 2) return ! reported already
       do i = 1, size(model%constraints)
          entry = settings%find('constraint', i)
          associate (constraint => model%constraints(i), tol => tolerance(model%grid), plane => model%paths(1)%points(normal, 2))
@@ -145,7 +145,7 @@ contains
       entry = settings%find('growth', k)
       associate (growth => model%growth(k))
          if (.not. settings%good(entry, 'crack') .or. (growth%path == 0 .and. growth%crack == '')) then
-            return                               ! told by a rule
+            return                               ! a rule reports it
          else if (growth%path == 0) then
             call settings%complain(entry, 'crack', 'there is no &crack of this name')
             return
@@ -157,7 +157,7 @@ contains
          call check_table(settings, entry, 'speeds', 'speed_factors', huge(1.0_dp))
          call check_table(settings, entry, 'angles', 'angle_factors', 180.0_dp)
          if (.not. has_bodies .or. ndim > 2) return
-         if (size(model%paths(growth%path)%points, 2) < 2) return ! told already
+         if (size(model%paths(growth%path)%points, 2) < 2) return ! reported already
          if (.not. any(path_tips(model, growth%path))) &
             call settings%complain(entry, 'crack', 'this crack has no tip inside the material')
          if (growth%factors%mixed_mode /= 'none' .and. has_layers(model, growth%path)) &
@@ -188,7 +188,7 @@ contains
       do k = 1, size(model%nucleations)
          entry = settings%find('nucleation', k)
          associate (path => model%nucleations(k)%path, increment => model%nucleations(k)%increment)
-            if (.not. settings%good(entry, 'crack') .or. (path == 0 .and. model%nucleations(k)%crack == '')) cycle ! told by a rule
+            if (.not. settings%good(entry, 'crack') .or. (path == 0 .and. model%nucleations(k)%crack == '')) cycle ! by a rule
             if (path == 0) then
                call settings%complain(entry, 'crack', 'there is no &crack of this name')
                cycle

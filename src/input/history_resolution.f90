@@ -1,4 +1,4 @@
-!> Whether the steps of a run see how loads and prescribed motions change: what happens between two steps does not act.
+!> Time resolution of loads and prescribed motions: changes between two steps have no effect.
 module hampm_history_resolution
    use hampm_kinds, only: dp
    use hampm_largest_step, only: chosen_speed, smallest_cell
@@ -10,11 +10,11 @@ module hampm_history_resolution
    private
    public :: check_resolution, coarse_histories, begins_too_late
 
-   ! A load that is constant over a step of a sine, n to a period, has work and amplitude off by (2 pi/n)**2/12: 3.3 % at 10, 0.8 % at 20
+   ! A sine that is constant over each of n steps a period has work and amplitude off by (2 pi/n)**2/12: 3.3 % at 10, 0.8 % at 20
    real(dp), parameter :: least_steps = 10       !! of a period, in motion
-   real(dp), parameter :: good_steps = 20        !! of a period, not to be told of
+   real(dp), parameter :: good_steps = 20        !! of a period, without a warning
    real(dp), parameter :: none = -huge(1.0_dp)   !! no such time
-   real(dp), parameter :: most_missed = 0.5_dp   !! part of the largest factor by which a peak may be above what steps see of it
+   real(dp), parameter :: most_missed = 0.5_dp   !! excess of a peak over its value at steps, as a part of the largest factor
 
 contains
 
@@ -54,7 +54,7 @@ contains
       end associate
    end subroutine check_sine
 
-   !> What of the histories of a model its steps see hardly or not, a line each; '' for nothing.
+   !> Histories of a model that its steps resolve hardly or not, a line each; '' for none.
    function coarse_histories(model) result(text)
       type(model_t), intent(in) :: model
       character(:), allocatable :: text
@@ -69,7 +69,7 @@ contains
       if (model%control%leads()) call check_history(model, '&control', model%control%history, longest_step_of(model), text)
    end function coarse_histories
 
-   !> Look at one of them.
+   !> Check one history.
    pure subroutine check_history(model, name, history, dt, text)
       type(model_t), intent(in) :: model
       character(*), intent(in) :: name
@@ -100,8 +100,8 @@ contains
       if (line /= '') call add_line(text, line)
    end subroutine check_history
 
-   !> Whether the factor at the start of a motion gives more than the impulse of a table in the first step: a step takes it for all of it. At rest, and
-   !> where motion begins there, it is that of the equilibrium with which the run begins.
+   !> Whether the initial factor of a motion, held for the first step, exceeds the impulse of a table there. In static steps, and
+   !> where motion begins from equilibrium, it is the factor of the initial equilibrium.
    pure logical function acts_too_long(model, history, dt)
       type(model_t), intent(in) :: model
       type(time_history_t), intent(in) :: history
@@ -110,7 +110,7 @@ contains
                       abs(history%factor(0.0_dp)) - abs(history%integral(dt))/dt > most_missed*maxval(abs(history%factors))
    end function acts_too_long
 
-   !> Whether what begins at a time never acts: at rest the last load step is at the end of the run, in motion it begins before that.
+   !> Whether a load that begins at a time never acts: the last static load step is at the end of the run, a dynamic step before it.
    pure logical function begins_too_late(model, start)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: start              !! [s]
@@ -130,8 +130,8 @@ contains
       if (model%method%time == 'explicit' .and. model%output%history_interval > 0) dt = min(dt, model%output%history_interval)
    end function longest_step_of
 
-   !> The time of a corner of a table, counted from its start, whose factor is far above or below that one step before it, or at the
-   !> beginning of the run, and one step after it; `none` for none [s]. Where it is known when steps are, below that at the two around it.
+   !> Time of a corner of a table, from its start, whose factor is far from that one step before, or at the beginning of the run,
+   !> and one step after it; `none` for none [s]. If times of steps are known, far from the values at the two around it.
    pure real(dp) function missed_peak(history, dt, are_known) result(time)
       type(time_history_t), intent(in) :: history
       real(dp), intent(in) :: dt                 !! [s]

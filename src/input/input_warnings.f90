@@ -1,5 +1,5 @@
-!> What a user should know of a model that can be run, before its numbers are believed: where they mean something else than one
-!> may think (`warnings_of`), and what the method makes of it (`notes_of`). A line each.
+!> Warnings of a valid model before its results are used: values with unexpected meaning (`warnings_of`), and effects of the method
+!> (`notes_of`). A line each.
 module hampm_input_warnings
    use hampm_key_table, only: material_constants
    use hampm_kinds, only: dp, ndim
@@ -19,18 +19,18 @@ module hampm_input_warnings
    private
    public :: warnings_of, notes_of
 
-   ! What solids have: waves pass at 10 m/s through gel and at 18 km/s through diamond; what is as heavy as stone or metal is as
-   ! stiff. Beyond these there is more likely another unit; models without units have speeds about 1.
+   ! Ranges of solids: wave speeds from 10 m/s in gel to 18 km/s in diamond; dense as stone or metal means stiff as those. Values
+   ! beyond suggest another unit; models without units have speeds about 1.
    real(dp), parameter :: slowest = 0.3_dp       !! bar wave [m/s]
    real(dp), parameter :: fastest = 3e4_dp       !! the same
-   real(dp), parameter :: heavy = 2000           !! density [kg/m3] of what has no wave slower than
+   real(dp), parameter :: heavy = 2000           !! density [kg/m3] of materials without waves slower than
    real(dp), parameter :: slow_for_heavy = 100   !! this [m/s]
    real(dp), parameter :: largest = 1000         !! extent of a grid [m]
    real(dp), parameter :: smallest = 1e-7_dp     !! the same
 
 contains
 
-   !> Where numbers of the model mean something else than they seem to, and which units look wrong.
+   !> Values of the model with unexpected meaning, and units that may be wrong.
    function warnings_of(model) result(text)
       type(model_t), intent(in) :: model
       character(:), allocatable :: text, sides
@@ -76,8 +76,8 @@ contains
       end do
    end subroutine check_point_loads
 
-   !> On which sides of polygons a load on edges acts, and what length of each; `strays` where it takes a part of a side at a sharp angle to the one of which it
-   !> takes most, as a box around a slanted side does that reaches around its corner.
+   !> Sides of polygons on which a load on edges acts, and its length on each; `strays` if it takes part of a side at a sharp angle
+   !> to its main side, as a box around a slanted side that reaches around its corner.
    pure subroutine find_sides(model, k, list, strays)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k                   !! load
@@ -116,7 +116,7 @@ contains
       end associate
    end subroutine find_sides
 
-   !> What the method makes of the model, and whether its grid looks wrong.
+   !> Effects of the method on the model, and doubts about its grid.
    pure function notes_of(model) result(text)
       type(model_t), intent(in) :: model
       character(:), allocatable :: text, sides
@@ -135,7 +135,7 @@ contains
       end do
    end function notes_of
 
-   !> What begins when the run is over does nothing.
+   !> A load that begins after the end of the run has no effect.
    pure subroutine check_starts(model, text)
       type(model_t), intent(in) :: model
       character(:), allocatable, intent(inout) :: text
@@ -164,7 +164,7 @@ contains
                'none is a tip')
    end subroutine check_tips
 
-   !> Ends of cracks that are farther out of the box around the bodies than the crack is long in the material: tips that were to be in it.
+   !> Ends of cracks farther outside the box around the bodies than the crack is long in the material: probably meant as tips.
    pure subroutine check_ends(model, text)
       type(model_t), intent(in) :: model
       character(:), allocatable, intent(inout) :: text
@@ -186,8 +186,8 @@ contains
       end do
    end subroutine check_ends
 
-   !> Constraints that hold nothing yet: a wall, or a slip of the pen. Those of which the cells make another one: that hold less of a body than some cells, or end
-   !> between nodes where that is not held in part (`hampm_part_supports`).
+   !> Constraints that hold nothing yet: walls or errors. Constraints that cells change: they hold less of a body than some cells,
+   !> or end between nodes without being held in part (`hampm_part_supports`).
    pure subroutine check_constraints(model, text)
       type(model_t), intent(in) :: model
       character(:), allocatable, intent(inout) :: text
@@ -221,8 +221,8 @@ contains
       end do
    end subroutine check_constraints
 
-   !> What a box holds of bodies, in words where that is less than the cells can tell: a cell along an edge or, of bodies that are no rectangles, two
-   !> whole ones.
+   !> The part of bodies in a box, in words, if below the resolution: a cell along an edge or, for bodies that are no rectangles,
+   !> two whole ones.
    pure function held_of_body(model, lower, upper) result(held)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
@@ -318,13 +318,13 @@ contains
       end do
    end subroutine check_rows
 
-   !> The longest row of particles of a body, in cells that are refined a number of times, through the middles of which a segment runs.
+   !> The longest row of particles of a body, in cells of a refinement level, along a segment through their middles.
    pure subroutine find_row(model, body, level, a, b, n, apart)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body, level
       real(dp), intent(in) :: a(ndim), b(ndim)   !! ends of the segment [m]
-      integer, intent(out) :: n                  !! particles in the row; 0 where it is no longer than such a cell
-      real(dp), intent(out) :: apart             !! how far the next row is [m]
+      integer, intent(out) :: n                  !! particles in the row; 0 if it is no longer than such a cell
+      real(dp), intent(out) :: apart             !! distance to the next row [m]
       real(dp) :: lower(ndim), spacing(ndim), x(ndim), cell, step, place
       integer :: c, d, last, here
       n = 0
@@ -350,8 +350,8 @@ contains
       end do
    end subroutine find_row
 
-   !> Modes are found for a crack in one material: the fields around a tip at an interface are others, and mix the modes. (Domain integrals
-   !> give J there, where the interface runs along the crack, and no K.)
+   !> Modes are separated for a crack in one material only: the fields around an interface tip mix the modes. (Domain integrals give
+   !> J there, if the interface runs along the crack, and no K.)
    pure subroutine check_interfaces(model, text)
       type(model_t), intent(in) :: model
       character(:), allocatable, intent(inout) :: text
@@ -431,7 +431,7 @@ contains
                ' is in Pa, density in kg/m3 (steel: 210e9 and 7850)')
    end subroutine check_units
 
-   !> What bodies do to each other.
+   !> Interaction of bodies.
    pure subroutine check_bodies(model, text)
       type(model_t), intent(in) :: model
       character(:), allocatable, intent(inout) :: text

@@ -32,7 +32,7 @@ contains
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
       real(dp), dimension(ndim) :: first, last   ! nodes of the box, from the lower corner of the lattice [cells]
-      real(dp), dimension(ndim) :: from, to      ! those of them at the cells around a body
+      real(dp), dimension(ndim) :: from, to      ! nodes of it at the cells around a body
       integer :: i
       associate (grid => model%grid, tol => tolerance(model%grid))
          first = (lower - tol - grid%lower)/grid%cell
@@ -88,8 +88,7 @@ contains
       end do
    end function groups_of_bodies
 
-   !> The velocity field of the grid, that is the velocity field, on which each body is: those of one part, or all without contact between
-   !> bodies, are on the same.
+   !> Velocity field of each body: bodies of one contact group, or all bodies without contact, share one.
    pure function velocity_fields_of(model) result(velocity_field)
       type(model_t), intent(in) :: model
       integer :: velocity_field(size(model%bodies))

@@ -1,4 +1,4 @@
-!> The reference of all groups and keys as Markdown, which `--keys` prints: docs/reference/keys.md is this text, and `--json` the same for programs.
+!> Reference of all groups and keys: Markdown for `--keys` and docs/reference/keys.md, `--json` for programs.
 module hampm_key_reference
    use hampm_json, only: array, item, json_null, json_of, member, object
    use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required, is_assumed
@@ -12,8 +12,8 @@ module hampm_key_reference
 
 contains
 
-   !> What every group means and whether it may be absent, an example of it, and a table of its keys. The examples of all groups
-   !> together are a model that runs.
+   !> Meaning of each group, whether it is optional, an example, and a table of its keys. The examples of all groups together are a
+   !> model that runs.
    pure function reference_text() result(text)
       character(:), allocatable :: text
       integer :: g, k
@@ -100,8 +100,8 @@ contains
       text = line(array(text))
    end function keys_json
 
-   !> A key as JSON: its `type`, how many values it takes, and what these may be: an interval `allowed`, or `choices`;
-   !> `also` has what others call it.
+   !> A key as JSON: its `type`, number of values, and their range: an interval `allowed`, or `choices`; `also` has its common
+   !> names.
    pure function key_json(key) result(json)
       type(key_t), intent(in) :: key
       character(:), allocatable :: json, list
@@ -128,7 +128,7 @@ contains
       json = object(json//member('meaning', trim(key%meaning)))
    end function key_json
 
-   !> The default of a key, or its value in the template: a list where it may have several, and null where there is none.
+   !> The default of a key, or its value in the template: a list if several are allowed, null if there is none.
    pure function values_json(key, as_example) result(json)
       type(key_t), intent(in) :: key
       logical, intent(in) :: as_example

@@ -39,7 +39,7 @@ module hampm_key_rows
                                                    !! `hampm_choice_sets` in braces; '' for any text
       integer :: fewest = 1, most = 1              !! number of values
       logical :: required = .false.                !! whether it must be given
-      character(32) :: also = ''                   !! what others call it, separated by `|`, for complaints about names
+      character(32) :: also = ''                   !! its common names, separated by `|`, for messages about names
       real(dp) :: lowest = -huge(1.0_dp), highest = huge(1.0_dp) !! ends of the interval
       logical :: above = .false., below = .false.  !! whether these are outside of it
    end type key_t

@@ -1,5 +1,5 @@
-!> Every group and key of the namelist file, by the tables of `hampm_key_table`. Validation, `--template`, the canonical text of a model
-!> and the reference documentation all come from them.
+!> Every group and key of the namelist file, by the tables of `hampm_key_table`: the source of validation, `--template`, the
+!> canonical text of a model and the reference.
 module hampm_keys
    use hampm_kinds, only: name_len
    use hampm_choice_sets, only: expanded
@@ -17,7 +17,7 @@ module hampm_keys
       character(name_len) :: group = ''
       character(name_len) :: key = ''            !! as it is called now where `value` is given, else the old name
       character(name_len) :: value = ''          !! an old value of the key, '' where the key itself is meant
-      character(name_len) :: new = ''            !! what to write in its place
+      character(name_len) :: new = ''            !! replacement
    end type renamed_t
 
    type(renamed_t), parameter :: renames(*) = [ &
@@ -101,7 +101,7 @@ contains
       end do
    end subroutine choices
 
-   !> What a key allows: the interval of a number, or choices, each between quotes; '' where it allows any text.
+   !> Allowed values of a key: the interval of a number, or choices, each between quotes; '' if any text is allowed.
    pure function allowed_text(key, quote, separator) result(text)
       type(key_t), intent(in) :: key
       character(*), intent(in) :: quote, separator

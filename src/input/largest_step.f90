@@ -19,46 +19,46 @@ module hampm_largest_step
 
    !> `rate*dt` above which `v <- v - rate*dt*v` turns the velocity around in a step; from 2 on it grows.
    real(dp), parameter :: most_damping_a_step = 1.0_dp
-   real(dp), parameter :: default_part = 0.9_dp  !! of the limit, for what a sample does not have in it
-   !> Courant numbers of the paper, for material that moves through the cells: its edges gain energy where they cross them, below any
+   real(dp), parameter :: default_part = 0.9_dp  !! part of the limit, for effects that a sample does not have
+   !> Courant numbers of the paper, for material that moves through the cells: its edges gain energy when they cross them, below any
    !> limit for a body at one place (docs/explanation/mass.md).
    real(dp), parameter :: crossing = 0.1_dp, crossing_full = 0.05_dp
-   !> What several materials in contact leave of the limit of each by itself, at least: quarters of a square that meet in a point
+   !> Reduction of the limit by several materials in contact, at least: quarters of a square that meet in a point
    real(dp), parameter :: of_contrast = 0.9_dp
-   !> What waves along no grid line leave of the limit of a sample in orthotropic material: of 20 extreme ones 2 % was missing at most
+   !> Reduction by waves along no grid line in orthotropic material: 2 % at most in 20 extreme samples
    real(dp), parameter :: of_anisotropy = 0.95_dp
-   !> What cells of several sizes leave of the limit of `usl` with a mass matrix that is not lumped (docs/explanation/mass.md)
+   !> Reduction by cells of several sizes, for `usl` with a mass matrix that is not lumped (docs/explanation/mass.md)
    real(dp), parameter :: of_hanging_nodes = 0.8_dp
-   !> What finer cells leave of the limit of particles whose lattice does not fit the cells: with leapfrog schemes and the lumped mass matrix, of
-   !> what phases of the lattice leave, and else (docs/evidence/stability.md)
+   !> Reduction by finer cells with a lattice of particles that does not fit: with leapfrog schemes and the lumped mass matrix, of
+   !> the limit over phases of the lattice, and else (docs/evidence/stability.md)
    real(dp), parameter :: of_misfit_edges = 0.95_dp, of_misfit_else = 0.8_dp
-   !> What cracks that grow leave of it: they cut cells anywhere, into pieces whose few particles do not tell how all of their nodes
-   !> move. Such motion has no mass; the other schemes, which map velocities from the particles, do not see it (docs/explanation/growth.md)
+   !> Reduction by growing cracks: they cut cells anywhere, into pieces with few particles and nodal motions without mass; schemes
+   !> that map velocities from particles are not affected (docs/explanation/growth.md)
    real(dp), parameter :: of_growth = 0.5_dp
-   !> What steps that fit the size of the cells leave of the limit (docs/explanation/local_time_steps.md)
+   !> Reduction by local time steps (docs/explanation/local_time_steps.md)
    real(dp), parameter :: of_local_steps = 0.9_dp
-   !> How far lines of particles have gone into empty cells, of those positions that allow the least [cells]
+   !> Depths of lines of particles in empty cells, of those positions with the least limit [cells]
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
-   !> What quadratic cells that are cut leave of the limit of those with `fewest_points`, by edges, cracks and cohesive points at tips: of 800 at random
-   !> 3 % was missing at most (docs/explanation/quadratic.md)
+   !> Reduction by cut quadratic cells with `fewest_points`, at edges, cracks and cohesive points of tips: 3 % at most in 800 random
+   !> samples (docs/explanation/quadratic.md)
    real(dp), parameter :: of_cut_quadratic = 0.9_dp
-   !> What cells that are cut leave of the limit of whole ones: they multiply the largest eigenvalue by 1.27 at most
+   !> Reduction by cut cells: they multiply the largest eigenvalue by 1.27 at most
    real(dp), parameter :: of_cut_cells = 0.88_dp
-   !> What rings around an axis leave of the limit of a plane, where the axis is next to the edges
+   !> Reduction by rings whose axis is next to the edges
    real(dp), parameter :: of_rings = 0.9_dp
-   !> What edges in any direction leave of the limit of those along the grid lines
+   !> Reduction by edges in any direction
    real(dp), parameter :: of_outlines = 0.95_dp
-   !> What deformation leaves of the limit where particles have domains; without the small losses of usl energy grows slowly in longer steps,
-   !> as material crosses cells (docs/explanation/domains.md)
+   !> Reduction by deformation of domains of particles; without the small losses of usl energy grows slowly in longer steps, as
+   !> material crosses cells (docs/explanation/domains.md)
    real(dp), parameter :: of_domains = 0.6_dp, of_domains_in_leapfrog = 0.3_dp
-   !> What slivers at edges that cut the lattice leave of that: their domains have half of the edges
+   !> Further reduction by slivers at edges that cut the lattice: their domains have half of the edges
    real(dp), parameter :: of_cut_domains = 0.5_dp
    real(dp), parameter :: grace = 1e-9_dp        !! distance below which positions are the same [cells]
-   real(dp), parameter :: small_move = 0.1_dp    !! by which a body may fly without being elsewhere in its cells [cells]
-   real(dp), parameter :: thinnest = 1e-6_dp     !! body that is looked at; the limit grows as bodies become thinner [cells]
+   real(dp), parameter :: small_move = 0.1_dp    !! motion of a body that does not count as flight [cells]
+   real(dp), parameter :: thinnest = 1e-6_dp     !! thinnest body considered; the limit grows for thinner ones [cells]
    real(dp), parameter :: most = 1000            !! that is taken, as the key may be
-   integer, parameter :: parts = merge(6, 3, ndim == 2) !! in which the fills of cells at edges are looked at
-   integer, parameter :: shifted_cells = 3       !! of a sample that is looked at anywhere in the cells
+   integer, parameter :: parts = merge(6, 3, ndim == 2) !! parts of cells for the fills at edges
+   integer, parameter :: shifted_cells = 3       !! cells of a sample that is tried at any offset
 
 contains
 
@@ -91,8 +91,8 @@ contains
       limit = rounded_down(limit)
    end function courant_limit
 
-   !> What is taken where no courant number is given: a safe part of the limit, which has been found. For material that moves through
-   !> the cells, and with damping, which a long step would not resolve, there are shorter ones.
+   !> Default courant number: a safe part of the limit that was found; less for material that moves through the cells, and for
+   !> damping, which a long step would not resolve.
    real(dp) function default_courant(model) result(courant)
       type(model_t), intent(in) :: model
       courant = default_part*model%method%courant_limit
@@ -149,7 +149,7 @@ contains
             if (material%is_ring) limit = limit*of_rings
             return
          end if
-         if (model%grid%order > 1 .and. cuts_cells(model)) then ! whole cells are looked at
+         if (model%grid%order > 1 .and. cuts_cells(model)) then ! whole cells are tried
             start = 0
             length = max(1, nint(length))
             n = nint(length)*fewest_points
@@ -160,7 +160,7 @@ contains
             end do
             limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false., &
                                     are_quadratic=model%grid%order > 1, ring=ring)/speed
-            if (cracks_cut_cells(model) .and. model%grid%order == 1) & ! between columns of particles; nodes beyond have next to no mass
+            if (cracks_cut_cells(model) .and. model%grid%order == 1) & ! between columns of particles; nodes beyond have no mass
                limit = min(limit, limit_of_fills([(i, i=1, body%points_per_cell)]/real(body%points_per_cell, dp), 0.0_dp, &
                                                  body%points_per_cell, moduli, material%isotropic, mass, strains_last, &
                                                  damping)/speed/of_cut_cells)
@@ -179,7 +179,7 @@ contains
          limit = huge(limit)
          do i = 0, positions**ndim - 1
             at = [(mod(i/positions**d, positions), d=0, ndim - 1)]
-            ! Others are the same but for the names of the directions
+            ! Others differ by the names of the directions only
             if (material%isotropic .and. any([(any(n(:d - 1) == n(d) .and. at(:d - 1) > at(d)), d=2, ndim)])) cycle
             if (ndim > 2 .and. any(at > 0 .and. at /= maxval(at))) cycle ! between these, and many
             moved = rows
@@ -214,7 +214,7 @@ contains
       end associate
    end function fits_cells
 
-   !> The limit of the edges of a body in finer cells, of which the first levels have all kinds: they end elsewhere in these. Times the wave
+   !> The limit of the edges of a body in finer cells: the first levels have all kinds of ends of edges in cells. Times the wave
    !> speed over the size of a cell [-].
    pure real(dp) function limit_at_edges(start, length, n, max_level, moduli, mass, strains_last, damping) result(limit)
       real(dp), intent(in) :: start(ndim)        !! where in its cell the body begins [cells]
@@ -239,9 +239,9 @@ contains
       end do
    end function limit_at_edges
 
-   !> What finer cells leave of the limit where they are not. Of n particles in a cell and direction the shortest vibration takes the
-   !> part (1 - 1/n^2)/3 of M over D if they are as far from both nodes, and (1 + 2/n^2)/3 if one is at a node; leapfrog schemes have
-   !> its root in their frequencies. The limit is that of cells of the root, which may be the former, and some finer cells are the latter.
+   !> Reduction of the limit by finer cells. Of n particles in a cell and direction the shortest vibration takes the part (1 -
+   !> 1/n^2)/3 of M over D if they are as far from both nodes, and (1 + 2/n^2)/3 if one is at a node; leapfrog schemes have its root
+   !> in their frequencies. The limit holds for root cells, which may be the former, and some finer cells are the latter.
    pure real(dp) function of_misfit(model, points_per_cell) result(part)
       type(model_t), intent(in) :: model
       integer, intent(in) :: points_per_cell
@@ -251,15 +251,15 @@ contains
       if (model%method%mass /= 'lumped' .or. model%method%scheme == 'usl') part = of_misfit_else
    end function of_misfit
 
-   !> The same where cells at the edge of a material are filled by any of some parts, and those of corners by the products of these. Times the wave
-   !> speed over the size of a cell [-].
+   !> The same for cells at the edge of a material filled by any of some parts, and corners by their products. Times the wave speed
+   !> over the size of a cell [-].
    pure real(dp) function limit_of_fills(fills, least, points_per_cell, moduli, isotropic, mass, strains_last, damping) &
       result(limit)
       real(dp), intent(in) :: fills(:)           !! the least first [-]
-      real(dp), intent(in) :: least              !! fill of corners that are looked at [-]
+      real(dp), intent(in) :: least              !! least fill of corners considered [-]
       integer, intent(in) :: points_per_cell
       real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! over density times wave speed squared [-]
-      logical, intent(in) :: isotropic           !! whether they are those of every direction
+      logical, intent(in) :: isotropic           !! whether the moduli are the same in every direction
       type(mass_choice_t), intent(in) :: mass
       logical, intent(in) :: strains_last        !! usl
       real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
@@ -268,7 +268,7 @@ contains
       limit = huge(limit)
       do k = 0, size(fills)**ndim - 1
          of = [(1 + mod(k/size(fills)**(d - 1), size(fills)), d=1, ndim)]
-         if (isotropic .and. any(of(2:) < of(:ndim - 1))) cycle ! the same but for the names of the directions
+         if (isotropic .and. any(of(2:) < of(:ndim - 1))) cycle ! the same up to the names of directions
          if (product(fills(of)) < least) cycle
          do d = 1, ndim
             rows(d) = row_of_cut_cells(fills(of(d)), points_per_cell)
@@ -277,8 +277,8 @@ contains
       end do
    end function limit_of_fills
 
-   !> Whether the particles of a body come to stand anywhere in the cells: where it flies, or is of a law for large strains. With usl
-   !> no time step would do for all positions.
+   !> Whether the particles of a body may be anywhere in the cells: in flight, or with a law for finite strain. With usl no time
+   !> step would do for all positions.
    impure elemental logical function crosses_cells(model, body) result(crosses)
       type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body

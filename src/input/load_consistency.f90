@@ -49,7 +49,7 @@ contains
       end do
    end subroutine check_constraints
 
-   !> The last of some names is its own, and good for a column; '' is none.
+   !> The last of some names is unique and valid for a column; '' is none.
    pure subroutine check_name(names, group, entry, settings)
       character(*), intent(in) :: names(:)
       character(*), intent(in) :: group            !! name of the groups that have these
@@ -66,7 +66,7 @@ contains
       end associate
    end subroutine check_name
 
-   !> What is moved is a component that is held.
+   !> A prescribed component must be fixed.
    pure subroutine check_motion(constraint, entry, settings)
       type(constraint_spec_t), intent(in) :: constraint
       integer, intent(in) :: entry                 !! position of the group
@@ -191,8 +191,8 @@ contains
       end if
    end subroutine check_place
 
-   !> Look whether a load misses the face of a crack: a face is one of a crack with two, and what acts on the line of such a
-   !> crack needs to say on which.
+   !> Whether a load misses the face of a crack: the face must belong to a crack with two, and a load on the line of such a crack
+   !> must name its side.
    pure subroutine check_face(model, load, entry, settings, misses)
       type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: load

@@ -1,4 +1,4 @@
-!> The groups &constraint and &load, and the keys by which both tell how something varies with time: their values in a model.
+!> The groups &constraint and &load, and their keys of time histories: their values in a model.
 module hampm_load_groups
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_constraints, only: given_motion_t

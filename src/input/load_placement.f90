@@ -19,8 +19,8 @@ contains
       is_on_faces = load%kind == 'pressure' .and. .not. load%has_place
    end function is_on_faces
 
-   !> Unit vector out of the bodies whose edge a load is on, one or several in a row. `sides` counts on which sides of the line there are such bodies: 0
-   !> where it is on no edge, 2 where bodies touch there.
+   !> Unit vector out of the bodies whose edge carries a load, one or several in a row. `sides`: number of sides of the line with
+   !> such bodies; 0 on no edge, 2 between touching bodies.
    pure subroutine find_edge_normal(model, load, normal, sides)
       type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: load

@@ -54,7 +54,7 @@ contains
                                                        value_of(self%constants, 'young_2', 0.0_dp))
    end function least_young
 
-   !> Whether another one has the same law and constants, whatever its name.
+   !> Whether another one has the same law and constants, under any name.
    pure logical function is_the_same_as(self, other) result(is)
       class(material_spec_t), intent(in) :: self
       type(material_spec_t), intent(in) :: other

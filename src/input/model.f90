@@ -1,5 +1,5 @@
-!> What the user asked for: one type for each group of the namelist, after validation, in SI units. What the keys are, and how they
-!> come from the text, is beside these types in the modules of the groups.
+!> A validated model in SI units: one type for each group of the namelist. Keys and their reading are beside these types in the
+!> modules of the groups.
 module hampm_model
    use hampm_body_group, only: body_t, hole_t, fill_bodies, fill_holes
    use hampm_edge_parts, only: edge_part_t
@@ -42,7 +42,7 @@ module hampm_model
       type(method_t) :: method
       type(refine_t) :: refine
       type(path_spec_t), allocatable :: paths(:) !! the cracks
-      type(plane_spec_t), allocatable :: planes(:) !! those of solids
+      type(plane_spec_t), allocatable :: planes(:) !! cracks of solids
       type(cohesive_t), allocatable :: cohesive(:)
       type(growth_t), allocatable :: growth(:)
       type(nucleation_t), allocatable :: nucleations(:)
@@ -53,15 +53,15 @@ module hampm_model
       type(output_t) :: output
       character(:), allocatable :: as_used       !! complete namelist text: every key with the value in force
       character(:), allocatable :: as_begun      !! the same as the run was begun, before it was resumed with other values
-      character(:), allocatable :: warned        !! what the table of rules warns of, a line each
-      character(:), allocatable :: noted         !! what it tells, a line each
+      character(:), allocatable :: warned        !! warnings of the table of rules, a line each
+      character(:), allocatable :: noted         !! its notes, a line each
    contains
       procedure :: is_half
    end type model_t
 
 contains
 
-   !> Whether its bodies are half of what is meant, with a crack on the symmetry plane.
+   !> Whether its bodies are one half of a symmetric model, with a crack on the symmetry plane.
    pure logical function is_half(self)
       class(model_t), intent(in) :: self
       is_half = any(self%paths%kind == 'symmetry')
@@ -81,7 +81,7 @@ contains
       if (mass_acts(model)) mass = trim(model%method%mass)
    end function mass_used
 
-   !> Fill a model from what was written and validated.
+   !> Fill a model from validated settings.
    pure subroutine fill_model(settings, model)
       type(settings_t), intent(in) :: settings
       type(model_t), intent(inout) :: model
@@ -115,7 +115,7 @@ contains
       call find_growing_paths(model)
    end subroutine fill_model
 
-   !> What tells which cells refine.
+   !> Choose the indicator of cell refinement.
    pure subroutine choose_indicator(refine)
       type(refine_t), intent(inout) :: refine
       type(indicator_row_t), allocatable :: rows(:)
@@ -125,8 +125,8 @@ contains
       if (k > 0) refine%by = rows(k)%indicator_t
    end subroutine choose_indicator
 
-   !> Find the material of each body by its name; 0 where there is none. Materials of which there is no body are left out, and of several that
-   !> differ by their names only all bodies are of the first one.
+   !> Find the material of each body by its name; 0 if unknown. Materials without a body are left out; materials that differ by name
+   !> only become the first of them.
    pure subroutine find_materials(model)
       type(model_t), intent(inout) :: model
       type(material_spec_t), allocatable :: used(:)
@@ -185,8 +185,8 @@ contains
       end do
    end subroutine take_sides
 
-   !> Find the other ends of cracks that are straight to a tip: as far from it as their length or, of those without one or with one that is longer, where
-   !> one of the faces ends.
+   !> Find the other ends of straight cracks given by a tip: at their length or, without one or with a longer one, at the end of one
+   !> of the faces.
    pure subroutine place_lines(model)
       type(model_t), intent(inout) :: model
       real(dp) :: reach
@@ -203,12 +203,12 @@ contains
       end do
    end subroutine place_lines
 
-   !> How far it is from a point in a direction to where there is no material at one side of the way, on a symmetry plane at none [m].
+   !> Distance from a point in a direction to the end of material on one side, on a symmetry plane on both [m].
    pure real(dp) function way_out(model, from, direction) result(way)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: from(ndim)         !! [m]
       real(dp), intent(in) :: direction(ndim)    !! unit vector
-      integer, parameter :: looks = 8, halvings = 50 ! looks in a cell
+      integer, parameter :: looks = 8, halvings = 50 ! samples in a cell
       real(dp) :: step, nodes(ndim)
       integer :: k
       step = model%grid%cell/looks
@@ -252,7 +252,7 @@ contains
          if (may_have_cracks(i)) area = area + model%bodies(i)%area_in(x - reach, x + reach)
       end do
    contains
-      !> Whether a body is the first one or of its part: with contact all others are apart from the material with the cracks, also where they touch it.
+      !> Whether a body is the first or of its contact group: others are separate from the cracked material, also in touch with it.
       pure logical function may_have_cracks(body)
          integer, intent(in) :: body
          associate (part => model%bodies%contact_group)
@@ -261,7 +261,7 @@ contains
       end function may_have_cracks
    end function area_around
 
-   !> Find the crack of each cohesion and growth by its name, or the only one; 0 where there is none.
+   !> Find the crack of each cohesion and growth by its name, or the only one; 0 if there is none.
    pure subroutine find_growing_paths(model)
       type(model_t), intent(inout) :: model
       integer :: i
@@ -285,7 +285,7 @@ contains
       end do
    end subroutine find_growing_paths
 
-   !> Number of the crack of a name, or without one of the only crack; 0 where there is none.
+   !> Number of the crack with a name, or of the only crack without one; 0 if there is none.
    pure integer function path_of(model, name)
       type(model_t), intent(in) :: model
       character(*), intent(in) :: name
@@ -322,8 +322,8 @@ contains
       cut = .not. all(model%paths%at_nodes) .or. any(model%paths%kind /= 'symmetry') .and. model%method%frame == 'updated'
    end function cracks_cut_cells
 
-   !> Whether the k-th path is along grid lines and its points are nodes of the lattice; ends at surfaces and beyond need not be. True where that is
-   !> not known, as one of them is wrong.
+   !> Whether the k-th path is along grid lines with its points at nodes of the lattice; ends at surfaces and beyond are exempt.
+   !> True if unknown, as one of them is wrong.
    pure logical function runs_along_cells(model, k) result(along)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k

@@ -15,7 +15,7 @@ module hampm_model_materials
 
 contains
 
-   !> All materials of a model, and behind them one for each body with an eigenstrain, and those of each graded body.
+   !> All materials of a model, then one for each body with an eigenstrain, and those of each graded body.
    function materials_of(model) result(materials)
       type(model_t), intent(in) :: model
       type(material_t), allocatable :: materials(:)
@@ -39,8 +39,8 @@ contains
       end do
    end function materials_of
 
-   !> Where the material of a body is among all, of a graded one that of its first slice: that of the first body that is alike, as stress is smooth from
-   !> one into the other.
+   !> Index of the material of a body among all, for a graded one of its first slice: of the first body that is alike, as stress is
+   !> smooth across both.
    pure integer function material_of_body(model, body) result(material)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body
@@ -54,8 +54,8 @@ contains
          material = size(model%materials) + sum([(own_materials(model, k), k=1, first - 1)]) + 1
    end function material_of_body
 
-   !> How many materials a body has for itself: of a graded one six to the width of the finest cells, and one more, so that no particle that stands in a
-   !> cell at a usual part of it is where two of them meet.
+   !> Number of materials of a body alone: of a graded one six in the width of the finest cells, plus one, so that no particle at a
+   !> usual part of a cell is at a boundary of two.
    pure integer function own_materials(model, body)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body

@@ -16,7 +16,7 @@ module hampm_namelist_file
 
    character, parameter :: line_feed = achar(10)
    character(*), parameter :: blanks = ' '//achar(9)//achar(13)//line_feed
-   character(*), parameter :: ends_word = blanks//',/!=''"&'   !! what a word without quotes cannot hold
+   character(*), parameter :: ends_word = blanks//',/!=''"&'   !! ends of words without quotes
 
    !> A text, and where its reader stands.
    type :: scanner_t
@@ -285,7 +285,7 @@ contains
       end do
    end subroutine scan_value
 
-   !> The number before the `*` of a repeat, 0 where it is none that is allowed.
+   !> The number before the `*` of a repeat, 0 if it is not allowed.
    pure integer function repeat_count(digits)
       character(*), intent(in) :: digits
       real(dp) :: number
@@ -422,7 +422,7 @@ contains
       at_end = s%at > len(s%text)
    end function at_end
 
-   !> Go on by a character, unless nothing is left.
+   !> Advance by a character, unless at the end.
    pure subroutine advance(s)
       type(scanner_t), intent(inout) :: s
       if (at_end(s)) return

@@ -1,4 +1,4 @@
-!> Models as namelist text: the template with every key, and the canonical text of what was set.
+!> Models as namelist text: the template with every key, and the canonical text of the settings.
 module hampm_namelist_text
    use hampm_kinds, only: ndim
    use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required
@@ -15,8 +15,8 @@ module hampm_namelist_text
 
 contains
 
-   !> A complete, commented namelist: every group and key with unit, range, default and meaning. It is a model that runs; groups that do
-   !> not go with the others are comments.
+   !> A complete, commented namelist: every group and key with unit, range, default and meaning. It is a model that runs; groups not
+   !> allowed with the others are comments.
    pure function template_text() result(text)
       character(:), allocatable :: text, start
       integer :: g, k
@@ -77,7 +77,7 @@ contains
       end do
    end function example_list
 
-   !> The complete namelist of a validated model, every key with its value in force. It reads back as the same model.
+   !> The complete namelist of a validated model, every key with its effective value. It reads back as the same model.
    pure function canonical_text(settings) result(text)
       type(settings_t), intent(in) :: settings
       character(:), allocatable :: text, group_text

@@ -1,4 +1,4 @@
-!> Whether the cracks of a model can be cut: each by itself, against each other, and against what they are not allowed with.
+!> Checks whether cracks can be cut: each alone, against each other, and against features that exclude them.
 module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: first_point, last_point
@@ -16,7 +16,7 @@ module hampm_path_consistency
    public :: check_paths, check_path_radii
 
    real(dp), parameter :: beside = 0.1_dp        !! root cells between paths that run along each other, at least
-   real(dp), parameter :: least_way = 1          !! root cells from one point of a path to the next, and from a tip to what is near
+   real(dp), parameter :: least_way = 1          !! root cells from one point of a path to the next, and from a tip to other objects
 
 contains
 
@@ -47,7 +47,7 @@ contains
       if (.not. settings%good(entry, trim(model%paths(k)%key))) return
       if (model%paths(k)%kind == 'line') then
          if (.not. norm(model%paths(k)%direction) > 0) call settings%complain(entry, 'direction', 'must not be 0, 0')
-         if (size(model%paths(k)%points, 2) < 2) return ! told, or elsewhere
+         if (size(model%paths(k)%points, 2) < 2) return ! reported, or elsewhere
       end if
       associate (points => model%paths(k)%points, numbers => settings%numbers(entry, trim(model%paths(k)%key)))
          if (mod(size(numbers), ndim) /= 0) then
@@ -136,8 +136,8 @@ contains
       end associate
    end subroutine check_place
 
-   !> Size of the cells along the k-th path, or at its tips [m]: these, and those along a crack that may appear, are refined from the start where
-   !> places tell.
+   !> Size of the cells along the k-th path, or at its tips [m]: these, and those along a nucleating crack, are refined from the
+   !> start if refinement is by places.
    pure real(dp) function cell_at(model, k, is_at_tip) result(cell)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k

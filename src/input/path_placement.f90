@@ -1,5 +1,5 @@
-!> Where the cracks of a model are in the bodies: which of their ends are tips, how far from a tip a domain integral may reach. For
-!> the checks of the input and for the assembly. In the run `cracks_t` knows where cracks are, and asks by places.
+!> Geometry of a model's cracks in its bodies: tips among their ends, and the largest radius of a domain integral at a tip. For
+!> checks of the input and the assembly; during a run `cracks_t` has the cracks and queries by places.
 module hampm_path_placement
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -28,7 +28,7 @@ contains
       is_inside = is_covered(model, x, 1e-3_dp*model%grid%cell)
    end function is_inside
 
-   !> An end of a path, where that is held by cohesion the beginning of what is held [m].
+   !> An end of a path; with cohesion the beginning of the cohesive part [m].
    pure function path_tip(path, end) result(x)
       type(path_spec_t), intent(in) :: path
       integer, intent(in) :: end                 !! `first_point` or `last_point`, here and below
@@ -48,7 +48,7 @@ contains
       if (end == first_point) direction = -direction
    end function path_direction
 
-   !> The ways along the k-th path from and to which cohesion holds its faces: within the material, from where its tip is at first [m].
+   !> Distances along the k-th path between which cohesion holds its faces: within the material, from its initial tip [m].
    pure function held_part(model, k) result(held)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k
@@ -79,13 +79,13 @@ contains
          if (i == merge(0, looks, sense < 0)) return
          step = 1/real(looks, dp)
          do turn = 1, 50
-            if (turn > 2) step = step/2          ! it may be two steps away, as a place on a surface is none inside
+            if (turn > 2) step = step/2          ! two steps may be needed, as a place on a surface is not inside
             if (is_covered(model, place_along(points, part + sense*step), inward*model%grid%cell)) part = part + sense*step
          end do
       end function edge_at
    end function covered_part
 
-   !> Number of the point at the end of the straight part in which a tip is, and which ends there or goes on.
+   !> Number of the last point of the straight part with a tip, which ends there or continues.
    pure integer function straight_at(path, end) result(i)
       type(path_spec_t), intent(in) :: path
       integer, intent(in) :: end
@@ -114,12 +114,12 @@ contains
    !> Whether a crack that ends at a place has a tip there: inside the material, and not on another crack.
    pure logical function is_tip_at(model, x, away)
       type(model_t), intent(in) :: model
-      real(dp), intent(in) :: x(ndim), away      !! the place, and how far from other cracks it is [m]
+      real(dp), intent(in) :: x(ndim), away      !! the place, and its distance from other cracks [m]
       is_tip_at = is_inside(model, x) .and. away > tolerance(model%grid)
    end function is_tip_at
 
-   !> How far the ends of the k-th path that are no tips reach beyond their points, to cut all that is there [m]; where there is other material beyond a
-   !> gap, half way to that.
+   !> Extension of the ends of the k-th path that are no tips, to cut all material there [m]; if other material is beyond a gap,
+   !> half of the gap.
    pure function path_reaches(model, k) result(beyond)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k
@@ -137,7 +137,7 @@ contains
    !> The same of an end at a place.
    pure real(dp) function reach_beyond(model, x, out, away) result(beyond)
       type(model_t), intent(in) :: model
-      real(dp), intent(in) :: x(ndim), out(ndim), away !! the place, the unit vector out of the crack, how far from other cracks it is [m]
+      real(dp), intent(in) :: x(ndim), out(ndim), away !! the place, unit vector out of the crack, distance from other cracks [m]
       integer, parameter :: looks = 16
       real(dp) :: step
       integer :: i
@@ -152,7 +152,7 @@ contains
       end do
    end function reach_beyond
 
-   !> Where the opening at the mouth of the k-th path is measured: where it enters the material or, with two tips, half way along it [m].
+   !> Place of the opening at the mouth of the k-th path: its entry into the material or, with two tips, its middle [m].
    pure function path_mouth(model, k) result(x)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k
@@ -228,15 +228,15 @@ contains
       end associate
    end function length_along
 
-   !> The largest radius around a tip of the k-th path within which there are only material and the straight end of this crack, and no
-   !> load and no constraint [m]; 0 where there is none.
+   !> The largest radius around a tip of the k-th path with only material and the straight end of this crack, without loads and
+   !> constraints [m]; 0 if there is none.
    pure real(dp) function path_radius(model, k, end) result(radius)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k, end
       radius = room_around(model, path_tip(model%paths(k), end), room_of_cracks(model, k, end))
    end function path_radius
 
-   !> The radii of the domain integral around a tip of the k-th path: those of the model, else some that fit, also before other materials [m].
+   !> Radii of the domain integral around a tip of the k-th path: of the model, else some that fit, also before other materials [m].
    pure function path_radii(model, k, end) result(radii)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k, end
@@ -261,8 +261,7 @@ contains
       end associate
    end function room_of_cracks
 
-   !> The largest radius around a tip, not above `most`, within which there is only material, and no load and no constraint [m]; 0 where there is
-   !> none.
+   !> The largest radius around a tip, at most `most`, with only material, without loads and constraints [m]; 0 if there is none.
    pure real(dp) function room_around(model, tip, most) result(radius)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: tip(ndim)          !! its place [m]

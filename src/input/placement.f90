@@ -142,7 +142,7 @@ contains
       end if
    end function points_of
 
-   !> Distance of the material points of a body in each direction, but for those in cells that its edges cut [m].
+   !> Distance of the material points of a body in each direction, outside cells that its edges cut [m].
    pure function spacing_of(model, body) result(spacing)
       type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
@@ -158,7 +158,7 @@ contains
       real(dp) :: spacing
       integer :: d, i
       spacing = model%grid%cell/body%points_per_cell
-      if (body%outline%is_there()) then            ! about; those of cells that the edges cut are counted twice
+      if (body%outline%is_there()) then            ! approximate; those of cut cells are counted twice
          associate (n => (body%upper - body%lower)/spacing)
             particle_number = aint(body%outline%area()/spacing**ndim &
                                    + 4*sum([(product(pack(n, [(i, i=1, ndim)] /= d)), d=1, ndim)])) + 1

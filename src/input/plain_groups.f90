@@ -1,4 +1,4 @@
-!> The values of the groups &run, &contact and &method in a model: those of their keys (`hampm_group_values`), and what follows from them.
+!> Values of the groups &run, &contact and &method in a model: those of their keys (`hampm_group_values`), and derived ones.
 module hampm_plain_groups
    use hampm_kinds, only: dp
    use hampm_group_values, only: contact_keys_t, method_keys_t, run_keys_t
@@ -13,7 +13,7 @@ module hampm_plain_groups
       procedure :: is_wanted
    end type body_contact_spec_t
 
-   !> &run: what is computed, and for how long.
+   !> &run: kind and duration of the computation.
    type, extends(run_keys_t) :: run_t
       type(thickness_t) :: thickness
    end type run_t

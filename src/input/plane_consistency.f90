@@ -1,5 +1,5 @@
-!> Whether cracks in planes, of solids, lie where such cracks can be: in a plane of the lattice, with a front inside of the material and, on a
-!> plane of symmetry, with constraints that hold it.
+!> Checks of plane cracks of solids: in a plane of the lattice, with a front inside the material and, on a symmetry plane, with
+!> constraints that hold it.
 module hampm_plane_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -79,8 +79,8 @@ contains
       end select
    end subroutine check_shape
 
-   !> The crack is in a plane of the lattice, has a front in the material, which is at one side of a plane of symmetry, where constraints hold what is
-   !> ahead of the front.
+   !> The crack is in a plane of the lattice and has a front in the material; on a symmetry plane the material is on one side and
+   !> constraints hold the plane ahead of the front.
    pure subroutine check_place(model, plane, settings, entry)
       type(model_t), intent(in) :: model
       type(plane_spec_t), intent(in) :: plane
@@ -131,7 +131,7 @@ contains
       end if
    end subroutine check_place
 
-   !> What estimators along a front take for granted: no loads near it, room around it and, of the domain integral, one material along it.
+   !> Assumptions of estimators along a front: no loads near it, room around it and, for the domain integral, one material along it.
    pure subroutine check_domain(model, plane, fronts, lower, upper, settings)
       type(model_t), intent(in) :: model
       type(plane_spec_t), intent(in) :: plane

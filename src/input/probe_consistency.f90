@@ -48,8 +48,8 @@ contains
       end do
    end subroutine check_probes
 
-   !> There is material at its place, and the side of a crack is known: at both ends of a line along which strain is measured, and all
-   !> along one over which the mean of something else is taken.
+   !> There is material at its place, and the side of a crack is known: at both ends of a line of strain, and along the whole of a
+   !> line of means.
    subroutine check_place(model, probe, entry, settings)
       type(model_t), intent(in) :: model
       type(probe_t), intent(in) :: probe
@@ -104,7 +104,7 @@ contains
       integer :: path
       logical :: is_tip(2)
       path = path_of(model, probe%of(1))
-      if (size(model%paths) == 0 .or. (probe%of(1) == '' .and. path == 0)) return ! told by a rule
+      if (size(model%paths) == 0 .or. (probe%of(1) == '' .and. path == 0)) return ! a rule reports it
       if (path == 0) then
          call settings%complain(entry, 'of', 'there is no &crack of this name'//did_you_mean(trim(probe%of(1)), model%paths%name))
          return

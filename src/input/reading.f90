@@ -21,7 +21,7 @@ module hampm_reading
    private
    public :: read_model, understand_model
 
-   real(dp), parameter :: most_factorised = merge(1.0e6_dp, 3.0e4_dp, ndim == 2) !! cells up to which `solver = 'auto'` factorises mass matrices
+   real(dp), parameter :: most_factorised = merge(1.0e6_dp, 3.0e4_dp, ndim == 2) !! cells up to which `solver = 'auto'` factorises
 
 contains
 
@@ -31,7 +31,7 @@ contains
       type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win
       type(model_t), intent(out) :: model
       type(failure_t), intent(inout) :: failure
-      type(settings_t), intent(out), optional :: written !! what was read, and where it stands
+      type(settings_t), intent(out), optional :: written !! settings read, with their locations
       character(:), allocatable :: text
       call read_text(path, text, failure)
       if (.not. failure%failed()) call understand_model(path, text, overrides, model, failure, written)
@@ -44,7 +44,7 @@ contains
       type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win
       type(model_t), intent(out) :: model
       type(failure_t), intent(inout) :: failure
-      type(settings_t), intent(out), optional :: written !! what was read, and where it stands
+      type(settings_t), intent(out), optional :: written !! settings read, with their locations
       type(settings_t) :: settings
       logical :: is_other                          ! than a model of this program
       integer :: i
@@ -74,8 +74,8 @@ contains
       if (present(written)) written = settings
    end subroutine understand_model
 
-   !> Whether a text begins with something else than a group, and has none of those that each model has, or much else between groups: one
-   !> error instead of one for each word.
+   !> Whether a text begins with something other than a group, and has no mandatory group, or much else between groups: one error
+   !> instead of one for each word.
    pure subroutine find_no_namelist(text, settings, is_other)
       character(*), intent(in) :: text
       type(settings_t), intent(inout) :: settings
@@ -100,7 +100,7 @@ contains
       settings%errors = errors
    end subroutine find_no_namelist
 
-   !> Whether the grid is that of a solid, and this the program of the plane, or the other way round: one error instead of one for every place.
+   !> Whether the grid is of a solid in the program of the plane, or the reverse: one error instead of one for every place.
    pure subroutine find_other_program(settings, is_other)
       type(settings_t), intent(inout) :: settings
       logical, intent(out) :: is_other
@@ -174,7 +174,7 @@ contains
       if (settings%good(grid, 'cells')) has_many_cells = product(settings%numbers(grid, 'cells')) > most_factorised
    end function has_many_cells
 
-   !> Whether cells are quadratic, and cracks or edges cut them or they may be at an axis: iterations that take each cell by itself are not for these.
+   !> Whether quadratic cells are cut by cracks or edges or may be at an axis: cell-by-cell iterations are not for these.
    pure logical function cuts_quadratic_cells(settings) result(cuts)
       type(settings_t), intent(in) :: settings
       integer :: k
@@ -234,7 +234,7 @@ contains
       settings%entries(entry)%settings(key) = setting
    end subroutine override
 
-   !> Split `group(2)` into name and number; the number is 0 where there is none and -1 where it is wrong.
+   !> Split `group(2)` into name and number; the number is 0 if absent and -1 if wrong.
    pure subroutine split_instance(text, name, instance)
       character(*), intent(in) :: text
       character(:), allocatable, intent(out) :: name
@@ -260,7 +260,7 @@ contains
       integer, intent(in) :: group, instance
       character(*), intent(in) :: source
       integer, intent(out) :: entry
-      character(:), allocatable, intent(out) :: message   !! what is wrong, '' for nothing
+      character(:), allocatable, intent(out) :: message   !! error message, '' for none
       type(group_entry_t) :: added
       character(:), allocatable :: name
       integer :: present

@@ -1,4 +1,4 @@
-!> What the table of rules (`hampm_rule_table`) says of a model: errors, warnings and notes.
+!> Check of a model by the table of rules (`hampm_rule_table`): errors, warnings and notes.
 module hampm_rule_check
    use hampm_choice_sets, only: expanded
    use hampm_conditions, only: holds, shown_atom
@@ -15,13 +15,13 @@ module hampm_rule_check
    !> Of each verdict, between its conditions
    character(*), parameter :: words(*) = [character(24) :: 'is not allowed with', 'requires', 'has no effect with', &
                                           'has no effect without', 'with', 'with']
-   integer, parameter :: nowhere = -1            !! no group has what a condition asks for
+   integer, parameter :: nowhere = -1            !! no group meets a condition
    integer, parameter :: most_advice = 10        !! messages whose advice is tried; each is a model of its own
 
    !> The words of the conditions of a rule, and where groups meet those that are not about the group of the message.
    type :: reading_t
       type(atom_t), allocatable :: atoms(:)      !! of the first condition, whose alternative is 0, and then of the other
-      integer :: first = 0                       !! number of those of the first condition
+      integer :: first = 0                       !! number of words of the first condition
       integer, allocatable :: met_by(:)          !! group that meets each word, or `nowhere`
       logical, allocatable :: everywhere(:)      !! whether all groups of its name meet it, and there is one
    end type reading_t
@@ -34,7 +34,7 @@ module hampm_rule_check
 
 contains
 
-   !> Look for all rules that a model breaks. Keys at which a model is refused are marked as wrong, for other checks to pass them over.
+   !> Find all rules that a model breaks. Keys with errors are marked as wrong, so that other checks skip them.
    pure subroutine check_rules(model, settings, warnings, notes)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
@@ -100,7 +100,7 @@ contains
       end do
    end subroutine find_breaches
 
-   !> The words of a rule, of which those that are not about the group of its message are looked at once.
+   !> Read the words of a rule; those not about the group of its message are evaluated once.
    pure subroutine read_rule(rule, model, settings, reading)
       type(rule_t), intent(in) :: rule
       type(model_t), intent(in) :: model
@@ -162,7 +162,7 @@ contains
    pure logical function is_met(reading, alternative, by_all, model, settings, entry)
       type(reading_t), intent(in) :: reading
       integer, intent(in) :: alternative
-      logical, intent(in) :: by_all              !! whether all groups have to, where it is not about that of the message
+      logical, intent(in) :: by_all              !! whether all groups must meet it, if it is not about the group of the message
       type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry
@@ -210,7 +210,7 @@ contains
          counts = any(model%materials%number == count([(settings%entries(i)%name == 'material', i=1, entry)]))
    end function counts
 
-   !> What is said of a broken rule, as a sentence without its full stop.
+   !> Message of a broken rule, as a sentence without its full stop.
    pure function message_of(rule, reading, settings, entry) result(message)
       type(rule_t), intent(in) :: rule
       type(reading_t), intent(in) :: reading
@@ -286,8 +286,8 @@ contains
       if (atom%key > 0) name = trim(keys(first_key(atom%group) + atom%key - 1)%name)
    end function key_of
 
-   !> Whether a model may take an advice: with it no rule refuses the model that did not before, and none what is advised. Advice in words always may be
-   !> taken.
+   !> Whether a model may take an advice: with it no further rule refuses the model, nor the advice itself. Advice in words is
+   !> always allowed.
    pure logical function is_allowed(rule, entry, settings, broken)
       type(rule_t), intent(in) :: rule
       integer, intent(in) :: entry               !! position of the group of the message

@@ -1,11 +1,11 @@
-!> Rows of the table of rules (`hampm_rule_table`): which features of a model do not go together, what needs what, and which keys do nothing
-!> where. Validation, the warnings of `--check` and of runs, `--rules` and docs/reference/key_rules.md all come from the table. What stays
-!> outside are checks of places and of numbers against each other.
+!> Rows of the table of rules (`hampm_rule_table`): excluded, required and ineffective combinations of features and keys. Source of
+!> validation, the warnings of `--check` and of runs, `--rules` and docs/reference/key_rules.md. Checks of places and of numbers
+!> against each other stand elsewhere.
 !>
-!> A row is a condition, a verdict, another condition (both as in `hampm_conditions`), the kind of reason, the reason, and what may be
-!> used instead. The message stands at the first key of the first condition. Conditions on the same group are about the same one of
-!> several; a condition on another group that may stand several times `requires` it of all of these, and is met by any of them else.
-!> Only materials of which there is a body, and bodies that are no holes count.
+!> A row is a condition, a verdict, another condition (both as in `hampm_conditions`), the kind of reason, the reason, and a
+!> replacement. The message stands at the first key of the first condition. Conditions on the same group are about the same
+!> instance; a condition on another group that may be repeated `requires` it of all instances, and otherwise any one meets it. Only
+!> materials with a body, and bodies that are no holes, count.
 module hampm_rules
    use hampm_kinds, only: dp
    implicit none
@@ -18,22 +18,22 @@ module hampm_rules
    integer, parameter :: no_effect_with = 3      !! the user is warned where both hold, as the first does nothing there,
    integer, parameter :: no_effect_without = 4   !! or where the first holds and the second does not, for the same reason;
    integer, parameter :: warned_with = 5         !! the user is warned where both hold,
-   integer, parameter :: noted_with = 6          !! or told
+   integer, parameter :: noted_with = 6          !! or given a note
 
    integer, parameter :: mechanics = 1           !! kinds of reasons: no program could,
    integer, parameter :: not_built = 2           !! this one does not yet,
-   integer, parameter :: by_meaning = 3          !! or it follows from what the keys mean
+   integer, parameter :: by_meaning = 3          !! or it follows from the meaning of the keys
 
-   integer, parameter :: is_present = 1, is_set = 2, is_one_of = 3, is_none_of = 4, is_above = 5, is_below = 6, is_named = 7 !! words of conditions
+   integer, parameter :: is_present = 1, is_set = 2, is_one_of = 3, is_none_of = 4, is_above = 5, is_below = 6, is_named = 7
 
    !> A word of a condition.
    type :: atom_t
-      integer :: alternative = 1                 !! number of the part between `or` in which it is; 0 in the first condition of a rule
-      integer :: kind = 0                        !! how it is told, one of the above
+      integer :: alternative = 1                 !! number of its part between `or`; 0 in the first condition of a rule
+      integer :: kind = 0                        !! kind of its test, one of the above
       integer :: group = 0                       !! row of the group, 0 for a feature
       integer :: key = 0                         !! position among the keys of the group, 0 for a group or a feature
       integer :: first = 1, last = 0             !! which of the names in the table are its values, of a text
-      real(dp) :: number = 0                     !! its value, of a number or of what is true (1) or false
+      real(dp) :: number = 0                     !! its value, of a number, or of true (1) or false
       integer :: feature = 0
    end type atom_t
 
@@ -45,7 +45,7 @@ module hampm_rules
       integer :: basis                           !! kind of reason
       character(176) :: reason                   !! '' where the conditions say it
       character(80) :: use                       !! a condition, or words; '' for nothing
-      integer :: behind                          !! its words stand in the table behind so many: those of the subject,
-      integer :: of_subject, of_other, of_use    !! of the other condition, and of what may be used, as many as these
+      integer :: behind                          !! number of words in the table before its own: those of the subject,
+      integer :: of_subject, of_other, of_use    !! of the other condition, and of the replacement, as many as these
    end type rule_t
 end module hampm_rules

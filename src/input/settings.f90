@@ -1,6 +1,6 @@
-!> The groups and keys of a namelist as they were written: values as text, each with its location in what the user wrote.
+!> The groups and keys of a namelist as written: values as text, each with its location in the input.
 !>
-!> The errors found in what the user wrote, collected so that all of them are reported at once.
+!> Errors of the input are collected, so that all of them are reported at once.
 module hampm_settings
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_key_rows, only: max_values
@@ -51,10 +51,10 @@ module hampm_settings
       character(name_len) :: name = ''             !! of the group
       character(:), allocatable :: location        !! where it begins
       character(name_len), allocatable :: keys(:)  !! names of its keys, in the order of the table of keys
-      type(setting_t), allocatable :: settings(:)  !! what is set of each key
+      type(setting_t), allocatable :: settings(:)  !! value of each key
    end type group_entry_t
 
-   !> All groups: those of the file in their order, then those that were added.
+   !> All groups: those of the file in their order, then added ones.
    type :: settings_t
       character(:), allocatable :: file            !! path of the namelist file
       integer :: count = 0
@@ -327,7 +327,7 @@ contains
       self%entries(entry)%settings(row_of(self%entries(entry), key))%values(1)%text = text
    end subroutine set_text
 
-   !> What a message calls a group: its name, with its own name or number where there may be several: `crack 'b'`, `load(2)`.
+   !> Title of a group in messages: its name, with its own name or number if there may be several: `crack 'b'`, `load(2)`.
    pure function title(self, entry) result(text)
       class(settings_t), intent(in) :: self
       integer, intent(in) :: entry                 !! position of the group
@@ -370,7 +370,7 @@ contains
       end associate
    end subroutine complain
 
-   !> Messages that begin with the title of a group, and perhaps one of its keys, as items of an array of JSON that tell where these are.
+   !> Messages that begin with the title of a group, and perhaps one of its keys, as items of a JSON array with their locations.
    pure function records_of(self, lines) result(records)
       class(settings_t), intent(in) :: self
       character(*), intent(in) :: lines          !! one message a line, none at the end
@@ -418,13 +418,13 @@ contains
       end associate
    end function location
 
-   !> Note one error: where, in what, and what would be right, in one line.
+   !> Record one error in one line: location, object, and correct values.
    pure subroutine add(self, reason, location, group, key, value, subject)
       class(input_errors_t), intent(inout) :: self
       character(*), intent(in) :: reason
       character(*), intent(in), optional :: location          !! 'case.nml:12', 'case.nml' or '--set group.key=value'
       character(*), intent(in), optional :: group, key, value !! that it is about
-      character(*), intent(in), optional :: subject           !! what stands before the reason; '&group key: ' where it is absent
+      character(*), intent(in), optional :: subject           !! words before the reason; '&group key: ' if absent
       character(:), allocatable :: message, record
       message = ''
       if (present(location)) message = location//': '

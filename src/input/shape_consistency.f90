@@ -1,5 +1,4 @@
-!> Whether bodies and holes have the shapes that a model gives them: every key that a shape needs and none that it does not, lines without
-!> crossings, holes inside bodies.
+!> Checks of the shapes of bodies and holes: all required keys and no others, lines without crossings, holes inside bodies.
 module hampm_shape_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_body_shape, only: rings_overlap

@@ -18,7 +18,7 @@ module hampm_stability_consistency
 
 contains
 
-   !> Find the largest courant number of a model, and what is taken where it gives none.
+   !> Find the largest courant number of a model, and the default if it gives none.
    subroutine choose_courant(model, settings)
       type(model_t), intent(inout) :: model
       type(settings_t), intent(inout) :: settings

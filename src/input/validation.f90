@@ -95,7 +95,7 @@ contains
       character(*), intent(in) :: group
       type(key_t), intent(in) :: key
       type(setting_t), intent(inout) :: setting
-      character(:), allocatable, intent(out) :: message   !! what is wrong, '' for nothing; of texts all that are
+      character(:), allocatable, intent(out) :: message   !! error message, '' for none; all errors of texts
       character(:), allocatable :: wrong
       integer :: i
       message = wrong_count(key, setting%count)
@@ -118,7 +118,7 @@ contains
       end do
    end subroutine validate_setting
 
-   !> What is wrong with having `n` values, '' for nothing.
+   !> Error of a number of values, '' for none.
    pure function wrong_count(key, n) result(message)
       type(key_t), intent(in) :: key
       integer, intent(in) :: n
@@ -213,7 +213,7 @@ contains
       end if
    end subroutine validate_text
 
-   !> What a value of this key must be: `must be in (0, inf) [Pa]`, `must be 'stress' or 'strain'`.
+   !> Required values of a key: `must be in (0, inf) [Pa]`, `must be 'stress' or 'strain'`.
    pure function must_be(key) result(text)
       type(key_t), intent(in) :: key
       character(:), allocatable :: text

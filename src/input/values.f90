@@ -1,5 +1,5 @@
-!> Numbers from text. Anything that is not wholly a number is refused, and so are infinity, what is not a
-!> number, and magnitudes that no model in SI units has: products of a few numbers can then not overflow.
+!> Numbers from text. Refused: text that is not wholly a number, infinity, NaN, and magnitudes beyond any model in SI units:
+!> products of a few numbers can then not overflow.
 module hampm_values
    use hampm_kinds, only: dp
    use hampm_text, only: lower_case, to_text
@@ -7,7 +7,7 @@ module hampm_values
    private
    public :: parse_real, parse_integer, least_magnitude, is_number, is_extreme, is_no_number
 
-   integer, parameter :: is_number = 0             !! what was read is a number
+   integer, parameter :: is_number = 0             !! the text is a number
    integer, parameter :: is_extreme = 1            !! infinite, undefined, or of an extreme magnitude
    integer, parameter :: is_no_number = 2          !! no number at all
    integer, parameter :: most_decades = 100
