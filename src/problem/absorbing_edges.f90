@@ -1,16 +1,15 @@
-!> Edges that absorb waves, by dashpots on them: the traction t = -Z v, with Z = (rho A)**(1/2) and A = n.C.n the acoustic tensor of the undeformed
-!> material for waves normal to the edge. In isotropic material that is rho c_p v_n across and rho c_s v_t along the edge. A plane wave that comes at
-!> right angles leaves the body without reflection, others with little (docs/explanation/absorbing_edges.md).
+!> Absorbing edges: dashpots with the traction t = -Z v, Z = (rho A)**(1/2), A = n.C.n the acoustic tensor of the undeformed
+!> material normal to the edge (isotropic: rho c_p v_n across and rho c_s v_t along it). A plane wave at right angles leaves the
+!> body without reflection, others with little (docs/explanation/absorbing_edges.md).
 !>
-!> An edge is three loads, a side of a solid six without a force (`hampm_loads`), whose points have the components of the area times Z as their parts, xx, yy and xy in the plane: so its points
-!> follow particles, cells and checkpoints as those of other loads do. What they give to the nodes is lumped, D = sum of N_i Z A, a matrix of
-!> two components at each node. In explicit steps D acts on the mean of the velocities at both ends of the step,
+!> An edge is three loads without force (`hampm_loads`), a side of a solid six; the parts of their points are the components xx, yy,
+!> xy of the area times Z, so that points follow particles, cells and checkpoints like those of other loads. With the lumped matrix
+!> D = sum of N_i Z A, two components at each node, explicit steps use the mean velocity of both ends,
 !>
 !>    (m + dt D/2) v' = m (v + dt f/m) - dt D v/2,
 !>
-!> which takes dt w.D w with w = (v + v')/2 from the energy, and leaves the limit of the time step as it is.
-!>
-!> Source: Lysmer & Kuhlemeyer, J. Eng. Mech. Div. ASCE 95 (1969) 859-877.
+!> which takes dt w.D w with w = (v + v')/2 from the energy, without effect on the limit of the time step. Source: Lysmer &
+!> Kuhlemeyer, J. Eng. Mech. Div. ASCE 95 (1969) 859-877.
 module hampm_absorbing_edges
    use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
@@ -23,7 +22,7 @@ module hampm_absorbing_edges
    private
    public :: absorbing_edges_t, components, impedance, nodes_of_dashpots
 
-   real(dp), parameter :: rounding = 1e-9_dp     !! part of a point that a node may have by rounding, or below 0 as the edge moves out of its cells [-]
+   real(dp), parameter :: rounding = 1e-9_dp     !! rounding of a node's part of a point, or below 0 outside its cells [-]
 
    integer, parameter :: components = n_voigt    !! of a symmetric tensor, in the order of `voigt`
 
@@ -47,7 +46,7 @@ contains
       real(dp), intent(in) :: normal(ndim)       !! unit vector
       real(dp) :: z(components)
       real(dp) :: a(ndim, ndim), root, dh(ndim, ndim), state(material%columns), x(ndim, ndim)
-      integer, parameter :: passes = 20          ! half of what is wrong is left by each of the first, the square of it by the last
+      integer, parameter :: passes = 20          ! each of the first halves the error, the last squares it
       integer :: k
       state = 0
       do k = 1, ndim
@@ -123,7 +122,7 @@ contains
       self%layout = layout
    end subroutine renew
 
-   !> Let the dashpots act in an explicit step on the velocities at its end, on accelerations and forces; hanging nodes do not follow.
+   !> Apply the dashpots of an explicit step to velocities, accelerations and forces at its end, without hanging nodes.
    subroutine brake(self, free, mass, dt, before, after, acceleration, force, taken)
       class(absorbing_edges_t), intent(in) :: self
       real(dp), intent(in) :: free(:, :)         !! 0 for fixed components, else 1, (ndim, n_points)

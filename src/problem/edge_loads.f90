@@ -1,10 +1,10 @@
 !> Loads on edges of bodies and faces of cracks, and at points: where their forces act on the mesh.
 !>
-!> What a load acts on is given once, as parts of edges with shares of its resultant. On each mesh these are cut where they cross the lines between
-!> cells, those between their particles, and cracks. A part hangs on the nearest particle of the piece of a cell that it is an edge of, whose shape functions are
-!> those of its side of a crack; where that piece has no particle, or so few that it gives way, on the nearest one of a firmer piece from which no crack
-!> divides it, whose functions are extrapolated. So each side of a crack has the traction that acts on its own edge, to the very mouth: with whole particles'
-!> widths on either side K of a slanted crack was off in proportion to their spacing at the mouth, which finer cells at the tip leave as it is.
+!> A load is given once, as parts of edges with shares of its resultant. Each mesh cuts these at lines between cells, lines between
+!> particles, and cracks. A part acts on the nearest particle of its piece of a cell, with the shape functions of its side of a
+!> crack; if that piece has no particle, or too few to be stiff, on the nearest one of a stiffer piece on the same side of all
+!> cracks, whose functions are extrapolated. So each side of a crack has the traction of its own edge, up to the mouth: with whole
+!> widths of particles K of a slanted crack had an error proportional to their spacing at the mouth, at any refinement of the tip.
 module hampm_edge_loads
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -22,13 +22,13 @@ module hampm_edge_loads
    private
    public :: lay_loads, cut_parts, pieces_are_weak, carriers_of
 
-   real(dp), parameter :: inward = 1e-6_dp       !! of the finest cell: how far beside an edge its material is looked for
+   real(dp), parameter :: inward = 1e-6_dp       !! of the finest cell: distance beside an edge at which its material is sampled
    real(dp), parameter :: least = 1e-9_dp        !! of a cell, that a part has at least
 
 contains
 
-   !> Lay the loads on the mesh as it is; `changed` where one acts on other points than before. In the updated frame they follow their particles once these
-   !> have moved.
+   !> Place the loads on the present mesh; `changed` if one acts on other points than before. In the updated frame they follow their
+   !> particles once these have moved.
    subroutine lay_loads(loads, m, changed)
       type(load_t), intent(inout) :: loads(:)
       type(matter_t), intent(in) :: m
@@ -61,8 +61,8 @@ contains
       end do
    end subroutine lay_loads
 
-   !> Which pieces of linear cells that a crack cuts, by their first elements, have so few particles that a load on their edge moves them by how it bends them,
-   !> which next to nothing holds: the energy of a slanted edge crack with a piece of one particle at its mouth was 4 % too large.
+   !> Cut pieces of linear cells, by their first elements, with so few particles that a load on their edge moves them by nearly
+   !> unresisted bending: the energy of a slanted edge crack with a piece of one particle at its mouth was 4 % too large.
    pure function pieces_are_weak(m) result(are)
       type(matter_t), intent(in) :: m
       logical, allocatable :: are(:)
@@ -83,9 +83,9 @@ contains
                        .and. .not. (any(abs(a%offset - b%offset) > 0) .or. any(abs(a%half - b%half) > 0))
    end function same_points
 
-   !> The points of a load: in the middle of parts along the grid and, in quadratic cells, of all, which stand for the whole part there; else the two of
-   !> Gauss. With these the forces on nodes are exact. Those of a pressure that follows edges in the updated frame are the middles of halves, whose ends neighbours
-   !> share (`hampm_turned_faces`). Particles that are as near share a point.
+   !> The points of a load: middles of parts along the grid, and in quadratic cells of all parts, which stand for the whole part
+   !> there; else two Gauss points. Nodal forces are then exact. A pressure that follows edges in the updated frame has the middles
+   !> of halves, whose ends neighbours share (`hampm_turned_faces`). Equally near particles share a point.
    subroutine lay(m, edges, per_cell, is_weak, load)
       type(matter_t), intent(in) :: m
       type(edge_part_t), intent(in) :: edges(:)  !! `area`: share of the resultant, times the areas for dashpots
@@ -151,7 +151,7 @@ contains
       load%half = reshape([load%half], [ndim, size(load%particle)], pad=[0.0_dp])
    end subroutine widen
 
-   !> The particles on which a place at an edge hangs, all that are as near: those of the piece of a cell beside it unless that is weak, or of all.
+   !> The particles that carry a place at an edge, all equally near ones: of the piece beside it, or of all pieces if that is weak.
    function carriers_of(m, x, normal, is_weak) result(carriers)
       type(matter_t), intent(in) :: m
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -189,7 +189,7 @@ contains
       if (size(carriers) == 0) carriers = nearest_particles(m, x, beside, is_weak)
    end function carriers_of
 
-   !> Cut parts of edges where they cross lines between cells or the particles in them, and cracks. Their shares go with their areas.
+   !> Cut parts of edges at lines between cells or their particles, and at cracks. Shares are proportional to areas.
    subroutine cut_parts(grid, thickness, edges, per_cell, parts)
       type(grid_t), intent(in) :: grid
       type(thickness_t), intent(in) :: thickness
@@ -237,8 +237,8 @@ contains
       end subroutine cut
    end subroutine cut_parts
 
-   !> Where a part crosses a line of the cell in its middle or a crack, nearest to there: `at` from -1 to 1 of the vector `along`, which is its half or that in
-   !> one direction; 0 where it crosses none.
+   !> Crossing of a part with a middle line of the cell or a crack, nearest to its middle: `at`, -1 to 1 of the vector `along`, its
+   !> half or the component in one direction; 0 if there is none.
    subroutine find_crossing(grid, per_cell, part, at, along)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: per_cell

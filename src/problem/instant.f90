@@ -1,4 +1,4 @@
-!> What a motion is like at an instant, to go back to after a step that was tried. Mesh and cuts stay in between.
+!> State of a motion at an instant, restored after a trial step. Mesh and cuts stay in between.
 module hampm_instant
    use hampm_constraints, only: constraints_t
    use hampm_interface_points, only: interfaces_t
@@ -9,7 +9,7 @@ module hampm_instant
    private
    public :: instant_t, save_instant, go_back_to
 
-   !> State of particles, interface points, constraints, faces and nodes, and what has been booked.
+   !> State of particles, interface points, constraints, faces and nodes, and accumulated energies.
    type :: instant_t
       type(particles_t) :: particles
       type(interfaces_t) :: interfaces
@@ -31,7 +31,7 @@ contains
       instant%energies = m%energies
    end subroutine save_instant
 
-   !> Go back to a state.
+   !> Restore a state.
    subroutine go_back_to(instant, m)
       type(instant_t), intent(in) :: instant
       type(problem_t), intent(inout) :: m

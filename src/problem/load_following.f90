@@ -1,6 +1,7 @@
 !> Loads whose particles split or recombine: resultant, moment and the material that carries them stay.
 !>
-!> A point goes to the nearest child. A segment of a traction is halved, so that it is as fine as the cells under it. Recombining makes of halves the segment that they were, whichever parts of other segments are there.
+!> A point follows the nearest child. A segment of a traction is halved, to be as fine as the cells under it; a segment of a body
+!> force is shared by the children. Recombination joins halves to their segment, whatever parts of other segments are there.
 module hampm_load_following
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -49,7 +50,7 @@ contains
       end do
    end subroutine follow_split
 
-   !> On which side of its middle each part of a segment is: of a line in the plane its halves, of a rectangle in space its halves in each direction.
+   !> Side of each part of a segment from its middle: halves of a line in the plane, quarters of a rectangle in space.
    pure function halves_of(half) result(signs)
       real(dp), intent(in) :: half(ndim)         !! [m]
       integer, allocatable :: signs(:, :)
@@ -68,7 +69,7 @@ contains
       end do
    end function halves_of
 
-   !> By which part the circumference in the middle of one half of a segment is longer than in its own, where it is that of a ring [-].
+   !> Relative excess of the circumference in the middle of one half of a segment over its own, for a ring [-].
    pure real(dp) function longer(p, first_child, load, k)
       type(particles_t), intent(in) :: p         !! after the split
       integer, intent(in) :: first_child(:)
@@ -152,7 +153,7 @@ contains
       load%half = load%half(:, :n)
    end subroutine cut_off
 
-   !> After a recombination: what a split has made of points is undone.
+   !> After a recombination: undo the split of points.
    subroutine follow_recombination(loads, tolerance, p, reference, level, new_number)
       type(load_t), intent(inout) :: loads(:)
       real(dp), intent(in) :: tolerance          !! distance below which places are the same [m]
@@ -185,8 +186,8 @@ contains
       end do
    end subroutine follow_recombination
 
-   !> Join the points of each particle that stand at one place, or are the middles of the two halves of a segment. Of several segments in line the
-   !> halves of each follow each other.
+   !> Join the points of each particle at the same place, or in the middles of both halves of a segment. The halves of several
+   !> segments in line follow each other.
    subroutine join(load, halves, along, tolerance, is_open)
       type(load_t), intent(inout) :: load
       integer, intent(in) :: halves              !! by how many halves of their segments points are apart: 0 or 2

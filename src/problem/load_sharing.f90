@@ -15,8 +15,8 @@ module hampm_load_sharing
 
 contains
 
-   !> Nodes of the cells in which the corners of a domain stand, and their shape functions there times those of the corners at a
-   !> material place: the function of this place in the domain.
+   !> Nodes of the cells with the corners of a domain, and their shape functions there times those of the corners at a material
+   !> place: the function of this place in the domain.
    pure subroutine share_by_corners(p, grid, particle, offset, node, shape)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
@@ -38,8 +38,8 @@ contains
       end do
    end subroutine share_by_corners
 
-   !> Nodes of the particle's cell, and their shape functions at a place; in quadratic cells their mean over its segment, by Gauss's rule of
-   !> three points, which is exact, on slanted segments too.
+   !> Nodes of the particle's cell, and their shape functions at a place; in quadratic cells their mean over its segment, by three
+   !> Gauss points, exact also on slanted segments.
    pure subroutine share_by_cell(p, grid, particle, offset, half, node, shape)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
@@ -55,15 +55,15 @@ contains
          if (.not. p%total_frame) x = x + matmul(p%gradient_of(particle), offset)
          call grid%shape_functions_in(e, grid%local_coordinate(e, x), node, shape)
          if (.not. grid%is_quadratic()) return
-         more = 0                                ! by which the circumference is longer at one of the points, over that in the middle
+         more = 0                                ! relative excess of the circumference at one of the points over the middle
          if (p%thickness%is_ring .and. x(1) > 0) more = gauss*half(1)/x(1)
          shape = (8*shape + 5*(1 - more)*grid%functions_in(e, grid%local_coordinate(e, x - gauss*half)) &
                   + 5*(1 + more)*grid%functions_in(e, grid%local_coordinate(e, x + gauss*half)))/18
       end associate
    end subroutine share_by_cell
 
-   !> The particles nearest to a place, all that are as near: rings of cells around it are searched until one ring more cannot help. Those of weak pieces of
-   !> cells count as farther by a cell, those that a crack divides from it as farther than all others.
+   !> The nearest particles to a place, all equally near ones: rings of cells around it are searched until one more ring cannot
+   !> help. Weak pieces of cells count as farther by a cell, particles beyond a crack as farther than all others.
    function nearest_particles(m, x, beside, is_weak) result(nearest)
       type(matter_t), intent(in) :: m
       real(dp), intent(in) :: x(ndim)            !! [m]

@@ -1,11 +1,10 @@
 !> Loads, the forces that act on material.
 !>
-!> A load is carried by points. Each point belongs to a particle, and stands at the material place X_p + dX,
-!> that is at x_p + (I + H) dX. Its force goes to the nodes of the cell of the particle by their shape functions, extrapolated
-!> where the point stands outside. So the resultant and its moment are exact, a traction acts on the very edge of the
-!> body, no force meets a node without mass, and nothing depends on how the load and the cells lie to each other. A place that is
-!> as near to several particles has a point on each of them: the first one would not be that of the mirror image.
-!> `hampm_edge_loads` finds the points.
+!> A load is carried by points. Each point belongs to a particle, and stands at the material place X_p + dX, in space x_p + (I + H)
+!> dX. Its force goes to the nodes of the particle's cell by their shape functions, extrapolated outside. So resultant and moment
+!> are exact, a traction acts on the very edge of the body, no force is on a node without mass, and relative positions of load and
+!> cells do not matter. A place equally near to several particles has a point on each of them: the first alone would break mirror
+!> symmetry. `hampm_edge_loads` finds the points.
 module hampm_loads
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
@@ -29,7 +28,7 @@ module hampm_loads
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
       type(time_history_t) :: history
       ! Of a load on edges, on faces along grid lines or at a point: `hampm_edge_loads` finds its points
-      type(edge_part_t), allocatable :: edges(:) !! where it acts; `area`: parts of the resultant [-], areas of dashpots; not allocated for other loads
+      type(edge_part_t), allocatable :: edges(:) !! where it acts; `area`: part of the resultant [-], dashpots: area; else absent
       integer :: per_cell = 1                    !! points along a cell: as many as the densest body has particles
       real(dp), allocatable :: fraction(:)       !! part of the resultant at each point [-], (points)
       integer, allocatable :: particle(:)        !! particle to which each point belongs, (points)
@@ -42,20 +41,20 @@ module hampm_loads
       integer :: line = 0                        !! number of the crack, 0 for other loads
       real(dp) :: pressure = 0                   !! [Pa]
       real(dp) :: into(ndim) = 0                 !! unit vector into the material on which it presses
-      logical, allocatable :: follows(:)         !! of a pressure, by material, whether it acts on the area and in the direction of the faces as they
-                                                 !! are, else as they were at first; not allocated where all loads keep their direction
-      integer :: absorbs = 0                     !! of the dashpots of an edge (`hampm_absorbing_edges`), which component of the area times Z the
-                                                 !! parts at its points are [kg/s]; 0 for other loads
-      ! Where its points were in the grid when `place_loads` looked last
-      integer, allocatable :: node(:, :)         !! nodes of the cell of each point, with domains of those of all corners of its
-                                                 !! particle; (nodes, points)
+      logical, allocatable :: follows(:)         !! of a pressure, by material: whether it follows the present faces, else
+                                                 !! the initial ones; not allocated if all loads keep their direction
+      integer :: absorbs = 0                     !! of dashpots (`hampm_absorbing_edges`): component of area times Z
+                                                 !! at its points [kg/s]; 0 for other loads
+      ! Its points in the grid at the last `place_loads`
+      integer, allocatable :: node(:, :)         !! nodes of the cell of each point, with domains of the cells of
+                                                 !! all corners of its particle; (nodes, points)
       real(dp), allocatable :: shape(:, :)       !! their shape functions there [-], as `node`
-      real(dp), allocatable :: cofactor(:, :, :) !! of F at each point, allocated with `follows`: a normal times area is turned and stretched by it [-]
-      integer, allocatable :: ends(:, :)         !! numbers of the ends of their segments or rectangles, see `hampm_turned_faces`, (ends, points)
-      ! What `book_work_late` needs of the step before [m/s]
+      real(dp), allocatable :: cofactor(:, :, :) !! of F at each point, allocated with `follows`: it maps normal times area [-]
+      integer, allocatable :: ends(:, :)         !! ends of their segments or rectangles (`hampm_turned_faces`), (ends, points)
+      ! Values of the step before for `book_work_late` [m/s]
       logical :: begun = .false.                 !! whether there was one
       real(dp) :: particle_velocity(ndim) = 0    !! of the particles after it, the mean by the parts of the load
-      real(dp) :: guess(ndim) = 0                !! what that of the points was taken for
+      real(dp) :: guess(ndim) = 0                !! estimated velocity of the points
       real(dp), allocatable :: last_cofactor(:, :, :) !! where that step began
    contains
       procedure :: force_at
@@ -149,8 +148,8 @@ contains
       end do
    end subroutine place_loads
 
-   !> Let pressures follow the faces on which they act. Where particles keep no cells the edges are those between the points that neighbours share: the pressure on
-   !> a closed surface then has no resultant and no moment, whatever F does from particle to particle.
+   !> Turn pressures with their faces. If particles keep no cells the edges are between points that neighbours share: the pressure
+   !> on a closed surface then has no resultant and no moment, for any F of the particles.
    pure subroutine turn_loads(loads, p)
       type(load_t), intent(inout) :: loads(:)
       type(particles_t), intent(in) :: p
@@ -232,7 +231,7 @@ contains
       if (allocated(self%cofactor)) force = matmul(self%cofactor(:, :, k), force)
    end function force_at
 
-   !> Force of the tractions on the material at one side of a node, in the direction `toward`, that goes to this node [N].
+   !> Force on a node by the tractions on the material at one side of it, in the direction `toward` [N].
    pure function force_at_node(loads, factors, grid, p, node, toward) result(force)
       type(load_t), intent(in) :: loads(:)       !! where `place_loads` has found them
       real(dp), intent(in) :: factors(:)         !! by load [-]
@@ -284,10 +283,10 @@ contains
       end do
    end subroutine add_load
 
-   !> Book the work of the loads [J] from `time` to `time + dt`, in which the particles' velocities, mapped to the nodes, are
-   !> `velocity`: the mean of the forces at both ends times dt times the velocity at the points, by the shape functions by which the
-   !> forces act. It is of second order in dt, and just what the loads give to the particles' kinetic energy but for half a step at
-   !> the ends (docs/explanation/theory.md). The velocities that move the particles would not do: a node that has little mass may have any.
+   !> Add the work of the loads [J] from `time` to `time + dt`, in which the particles' velocities, mapped to the nodes, are
+   !> `velocity`: mean force of both ends times dt times the velocity of the points, by the shape functions of the forces. It is of
+   !> second order in dt, and equal to the gain of the particles' kinetic energy up to half a step at the ends
+   !> (docs/explanation/theory.md). Velocities that move particles are unsuitable: a node of little mass may have any.
    pure subroutine book_work(loads, p, time, dt, velocity, work)
       type(load_t), intent(inout) :: loads(:)    !! where `place_loads` has found them before the step
       type(particles_t), intent(in) :: p         !! after the step
@@ -306,15 +305,15 @@ contains
       end do
    end subroutine book_work
 
-   !> The same where that velocity is known in the next step only. What is booked now is the work of the step before, from
-   !> `time - last_dt` to `time`, without what it was taken for then, and what that of this step is taken for: with the velocity of
-   !> the step before and what the particles have gained. So errors of the guess do not add up.
+   !> The same if that velocity is known in the next step only. Added now: the work of the step before, from `time - last_dt` to
+   !> `time`, less its estimate then, plus an estimate for this step, by the velocity of the step before and the gain of the
+   !> particles. So errors of the estimate do not accumulate.
    pure subroutine book_work_late(loads, p, time, dt, last_dt, velocity, work)
       type(load_t), intent(inout) :: loads(:)    !! where `place_loads` has found them before the step
       type(particles_t), intent(in) :: p         !! after the step
       real(dp), intent(in) :: time, dt           !! [s]
       real(dp), intent(in) :: last_dt            !! 0 in the first step [s]
-      real(dp), intent(in) :: velocity(:, :)     !! that of the step before, (ndim, n_points)
+      real(dp), intent(in) :: velocity(:, :)     !! of the step before, (ndim, n_points)
       real(dp), intent(out) :: work
       real(dp) :: v(ndim), now(ndim)
       integer :: l
@@ -341,7 +340,7 @@ contains
    pure real(dp) function work_over(load, time, dt, at_start, at_end)
       type(load_t), intent(in) :: load
       real(dp), intent(in) :: time, dt           !! [s]
-      real(dp), intent(in) :: at_start(ndim), at_end(ndim) !! that along which the first force does the work of the one at each end [m/s]
+      real(dp), intent(in) :: at_start(ndim), at_end(ndim) !! at which the first force has the power of each end [m/s]
       if (allocated(load%follows)) then
          work_over = 0.5_dp*dt*dot_product(load%force, load%history%factor(time)*at_start + load%history%factor(time + dt)*at_end)
       else
@@ -349,8 +348,8 @@ contains
       end if
    end function work_over
 
-   !> Work that the loads do in the last step, each counted as if it put energy in [J]: what is booked of a step may be off by that,
-   !> as the forces at its two ends differ.
+   !> Work of the loads in the last step, each counted as if it put energy in [J]: a bound of the error of a step's work, as the
+   !> forces at its two ends differ.
    pure real(dp) function work_of_step(loads, p, time, dt) result(work)
       type(load_t), intent(in) :: loads(:)
       type(particles_t), intent(in) :: p
@@ -383,7 +382,7 @@ contains
       factors = [(loads(l)%history%largest_factor(), l=1, size(loads))]
    end function largest_factors
 
-   !> Whether every load comes to stay as it is.
+   !> Whether every load becomes constant.
    pure logical function all_become_constant(loads)
       type(load_t), intent(in) :: loads(:)
       integer :: l
@@ -416,8 +415,8 @@ contains
       end do
    end function velocity_of_particles
 
-   !> Velocity of the points of a load, the mean by their parts of the load [m/s]; where it follows faces, that along which these parts of its first force
-   !> do the work of the parts as they are.
+   !> Velocity of the points of a load, weighted by their parts of the load [m/s]; if it follows faces, the velocity along which
+   !> these parts of its first force do the work of the present parts.
    pure function velocity_of_points(load, velocity, cofactor) result(v)
       type(load_t), intent(in) :: load
       real(dp), intent(in) :: velocity(:, :)     !! [m/s], (ndim, n_points)
@@ -436,7 +435,7 @@ contains
       end do
    end function velocity_of_points
 
-   !> Keep which particles carry the loads, and what booking their work needs.
+   !> Save or restore the particles that carry the loads, and data for their work.
    subroutine archive_loads(loads, archive)
       type(load_t), intent(inout) :: loads(:)
       class(archive_t), intent(inout) :: archive

@@ -13,8 +13,8 @@ module hampm_nodal_motion
 
 contains
 
-   !> Nodal velocities (8) from the mapped momentum [m/s]. The guess is the velocity that the nodes had last: it is the
-   !> solution, but for the little by which the matrix has changed since and for what a partly lumped one filters.
+   !> Nodal velocities (8) from the mapped momentum [m/s]. The guess is the last nodal velocity: the solution up to the change of
+   !> the matrix since then and the filter of a partly lumped matrix.
    subroutine find_velocity(grid, solver, free, f, which, latest, failure)
       type(grid_t), intent(in) :: grid
       type(mass_solver_t), intent(inout) :: solver
@@ -65,7 +65,7 @@ contains
       real(dp), intent(out) :: mapping_power            !! see above [W]; 0 without `audit`
       type(failure_t), intent(inout) :: failure
       integer :: chunk, chunks, first
-      logical :: iterates                        ! one that goes on from a checkpoint would, as it has not yet seen that its factors are those of this matrix
+      logical :: iterates                        ! a resumed run would, not knowing that its factors are of this matrix
       iterates = solver%iterates() .and. .not. is_known
       if (iterates) then                         ! from the line through the last two solutions on
          if (.not. allocated(f%earlier)) allocate (f%earlier(ndim, size(f%acceleration, 2), 2), source=0.0_dp)
@@ -89,9 +89,9 @@ contains
       mapping_power = merge(sum(f%partial_power(2, :chunks)), 0.0_dp, audit)
    end subroutine accelerate
 
-   !> The same where nodes have a prescribed motion or are kept apart, by the velocities and accelerations that they then have: with p the mapped momentum a step
-   !> changes the kinetic energy by dt sum p . a + sum m_p |dv_p|**2/2, whatever a is, so that what closes the energy balance is -sum p . a - sum alpha p . w.
-   !> It is the same where M v = p and M a = f - alpha M v.
+   !> The same if nodes have prescribed motions or are kept apart, by their velocities and accelerations then: with the mapped
+   !> momentum p a step changes the kinetic energy by dt sum p . a + sum m_p |dv_p|**2/2 for any a, so that the energy balance is
+   !> closed by -sum p . a - sum alpha p . w. It is the same if M v = p and M a = f - alpha M v.
    pure subroutine find_powers(f, damping_rate, damping_power, mapping_power)
       type(nodal_fields_t), intent(in) :: f
       real(dp), intent(in) :: damping_rate              !! alpha [1/s]

@@ -1,4 +1,4 @@
-!> The motion of the nodes at an instant between steps, for what is measured there.
+!> Nodal motion at an instant between steps, for measurements.
 module hampm_nodal_state
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -23,7 +23,7 @@ module hampm_nodal_state
       real(dp) :: reaction(ndim) = 0             !! force of the constraints on the bodies, without the inertia that a mass matrix
                                                  !! that is not diagonal couples to held nodes [N]
       real(dp), allocatable :: reactions(:, :)   !! the same of each of the constraints [N], (ndim, constraints)
-      real(dp) :: lone_part = 0                  !! of what constraints and loads bear, the largest that a constraint of one node does [-]
+      real(dp) :: lone_part = 0                  !! largest part of all constraint and load forces on a constraint of one node [-]
       real(dp) :: lone_place(ndim) = 0           !! of that node [m]
    end type nodal_state_t
 
@@ -33,11 +33,11 @@ contains
    !>
    !>    M d = f_internal + f_surface,   reaction = -sum over fixed components of (f_internal + f_loads).
    !>
-   !> Since M d is the weak form of rho d, d is the divergence of the stress over the density, which the equation of motion sets
-   !> equal to a + alpha v - b. The run goes on with the same bytes. Fails where the nodal equations cannot be solved.
+   !> Since M d is the weak form of rho d, d is the divergence of the stress over the density, in the equation of motion a + alpha v
+   !> - b. The state of the run stays bitwise the same. Fails if the nodal equations cannot be solved.
    !>
-   !> Where the next step solves for the acceleration by the same forces it takes that: forces are summed in the order in which it sums them. Those of
-   !> interface points that it finds at its end are none of them, and what they do, as they are now, is added by the responses that it has of them.
+   !> Where the next step solves for the acceleration by the same forces it takes it from here: forces are summed in the same order.
+   !> Forces of interface points found at the end of steps are left out, and their present effect is added by its responses.
    subroutine find_nodal_state(m, state, failure, reactions_only)
       type(problem_t), intent(inout) :: m
       type(nodal_state_t), intent(inout) :: state
@@ -78,7 +78,7 @@ contains
       call find_lone_node(m, size(reactions, 2), state)
    end subroutine find_nodal_state
 
-   !> Add what points over which fronts move feel more than their openings, as in the last step (`hampm_interface_step`): nodes there are fast.
+   !> Add the excess over openings at points under moving fronts, as in the last step (`hampm_interface_step`): fast nodes.
    subroutine add_felt_before(m)
       type(problem_t), intent(inout) :: m
       real(dp) :: force(ndim)
@@ -116,7 +116,7 @@ contains
       call add_interface_forces(m%interfaces, first, m%fields%external)
    end subroutine find_external_force
 
-   !> Internal forces at the nodes as the particles are now, condensed [N]. The run goes on with the same bytes.
+   !> Internal nodal forces of the present particles, condensed [N]. The state of the run stays bitwise the same.
    subroutine internal_force(m, force)
       type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :)  !! (ndim, n_points)
@@ -140,8 +140,8 @@ contains
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
    end subroutine external_force
 
-   !> The residual at the nodes as the particles are now: internal forces and loads, without what faces press on each other
-   !> [N]. The run goes on with the same bytes.
+   !> Residual at the nodes of the present particles: internal forces and loads, without contact forces of faces [N]. The state of
+   !> the run stays bitwise the same.
    subroutine unbalanced_force(m, force, internal)
       type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :), internal(:, :) !! all, and the internal ones alone; (ndim, n_points)
@@ -153,7 +153,7 @@ contains
       allocate (force, source=m%fields%force)
    end subroutine unbalanced_force
 
-   !> Solve M x = b and distribute x to the hanging nodes. On entry `x` holds a guess.
+   !> Solve M x = b and distribute x to the hanging nodes. On entry `x` is a guess.
    subroutine solve(m, b, x, failure)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in), contiguous :: b(:, :)       !! (ndim, n_points)
@@ -172,7 +172,7 @@ contains
       call add_interface_forces(m%interfaces, 1, m%fields%force)
    end subroutine gather_stress
 
-   !> Internal forces of the particles as they are now; schemes that strain first have mapped those of the last step.
+   !> Internal forces of the present particles; schemes that strain first have mapped those of the last step.
    subroutine sum_stress(m)
       type(problem_t), intent(inout) :: m
       type(pass_report_t) :: report
@@ -199,7 +199,7 @@ contains
       type(problem_t), intent(in) :: m
       real(dp), intent(inout) :: force(:, :)     !! (ndim, constraints)
       integer :: a, d
-      if (size(force, 2) == 0) return            ! on an axis there is none
+      if (size(force, 2) == 0) return            ! none on an axis
       do a = 1, size(m%constraints%node)
          associate (node => m%constraints%node(a))
             if (.not. m%fields%is_active(node)) cycle
@@ -212,8 +212,8 @@ contains
       end do
    end subroutine sum_on_held
 
-   !> Find which part of the forces a single node bears that is all of a constraint: of the loads, or of half of what all held nodes do where these move the
-   !> bodies.
+   !> Find the share of a single node in all forces on a constraint: in the loads, or in half of the forces of all held nodes if
+   !> these move the bodies.
    pure subroutine find_lone_node(m, constraints, state)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: constraints         !! how many there are

@@ -1,4 +1,4 @@
-!> Forces on the nodes beside the internal ones: those of loads and, in motion, of inertia.
+!> Nodal forces besides the internal ones: loads and, in motion, inertia.
 module hampm_outer_forces
    use hampm_kinds, only: dp
    use hampm_loads, only: load_t, add_load, factors_at, turn_loads
@@ -10,32 +10,32 @@ module hampm_outer_forces
    private
    public :: outer_forces_t, loading_t, find_loading, scale_loads, find_heat, have_followers, add_followers
 
-   !> What drives the material at a time.
+   !> Loading of the material at a time.
    type :: loading_t
       real(dp), allocatable :: force(:, :)       !! of all loads that keep their direction, condensed [N], (ndim, n_points)
       real(dp), allocatable :: factor(:)         !! of each load [-]; not allocated where none follows faces
-      real(dp), allocatable :: shift(:, :)       !! by how much fixed components of nodes have been moved [m], (ndim, n_nodes)
+      real(dp), allocatable :: shift(:, :)       !! displacement of fixed components of nodes [m], (ndim, n_nodes)
    end type loading_t
 
-   !> The forces where a step displaces the nodes by u: those applied, those of inertia, -M (c (u - given) + rest), and those of dashpots on edges,
+   !> Forces for a displacement u of the nodes in a step: applied, of inertia, -M (c (u - given) + rest), and of dashpots on edges,
    !> -D (b (u - given) + slide).
    type :: outer_forces_t
       real(dp), allocatable :: applied(:, :)     !! condensed [N], (ndim, n_points)
-      real(dp), allocatable :: factor(:)         !! of each load, of which those act besides that follow faces [-]; not allocated where none does
-      real(dp) :: mass_factor = 0                !! c [1/s2]; 0 at rest
+      real(dp), allocatable :: factor(:)         !! of each load, for those that follow faces [-]; not allocated if none does
+      real(dp) :: mass_factor = 0                !! c [1/s2]; 0 in static steps
       real(dp) :: inertia = 0                    !! the largest force of it at first [N]
       real(dp), allocatable :: given(:, :)       !! of fixed components [m], (ndim, n_points)
       real(dp), allocatable :: rest(:, :)        !! [m/s2], (ndim, n_points)
       real(dp) :: dashpot_factor = 0             !! b [1/s]
-      real(dp), allocatable :: slide(:, :)       !! [m/s], (ndim, n_points); not allocated where there are none
-      real(dp), allocatable :: mass(:)           !! what of M is on its diagonal beside the matrices of cells [kg], (n_points)
+      real(dp), allocatable :: slide(:, :)       !! [m/s], (ndim, n_points); not allocated without dashpots
+      real(dp), allocatable :: mass(:)           !! diagonal part of M beside the matrices of cells [kg], (n_points)
    contains
       procedure :: add_to
    end type outer_forces_t
 
 contains
 
-   !> What drives the material at a time.
+   !> Loading of the material at a time.
    subroutine find_loading(m, time, loading)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! [s]
@@ -74,18 +74,18 @@ contains
    !> Scale all loads, prescribed motions and eigenstrains that are not held.
    pure subroutine scale_loads(m, load_factor)
       type(problem_t), intent(inout) :: m
-      real(dp), intent(in) :: load_factor        !! of what the model has [-]
+      real(dp), intent(in) :: load_factor        !! scale of the model's loads [-]
       if (size(m%loads) > 0) call m%loads%history%scale_to(load_factor)
       call m%constraints%scale_ways(load_factor)
       call m%materials%scale_eigenstrain(load_factor)
    end subroutine scale_loads
 
-   !> The factor of eigenstrains that are scaled, and the derivative of the stored energy by it where nothing moves [J], with which its change
-   !> does work; both 0 where none is.
+   !> The factor of scaled eigenstrains, and the derivative of the stored energy by it at fixed nodes [J], the force conjugate to
+   !> it; both 0 if none is scaled.
    subroutine find_heat(m, factor, force)
       type(problem_t), intent(inout) :: m        !! as it was in the end
       real(dp), intent(out) :: factor, force
-      real(dp), parameter :: part = 1e-3_dp      ! of the factor, by which it is changed
+      real(dp), parameter :: part = 1e-3_dp      ! change of the factor
       real(dp) :: change
       factor = 0
       force = 0

@@ -1,6 +1,5 @@
-!> Nodes of prescribed motion, in explicit steps: whatever acts on them, in the step from t to t + dt they go from where they
-!> are to be at t to where they are to be at t + dt, all of it with one velocity w. Those that turn with their box (`hampm_constraints`) have that and
-!> their turning.
+!> Nodes of prescribed motion in explicit steps: under any forces they go from their place at t to that at t + dt, with one velocity
+!> w. Nodes that turn with their box (`hampm_constraints`) have the velocity and the turning of it.
 module hampm_prescribed_nodes
    use hampm_kinds, only: dp, ndim
    use hampm_constraints, only: constraints_t
@@ -12,7 +11,7 @@ module hampm_prescribed_nodes
    public :: prescribed_work_t, prescribed_velocity, prescribed_acceleration, coupled_to_prescribed, set_prescribed, &
              move_prescribed, find_work
 
-   !> What the constraints did in a step, by the forces at its start.
+   !> Work of the constraints in a step, by the forces at its start.
    type :: prescribed_work_t
       real(dp) :: dt = 0                         !! its length [s]
       real(dp) :: work = 0                       !! [J]
@@ -20,9 +19,8 @@ module hampm_prescribed_nodes
 
 contains
 
-   !> The velocities of the nodes of the constraints [m/s], (ndim, these nodes): for `v_n` those of the step before, and in the first step those with
-   !> which the material begins; else those of the present one, which
-   !> are prescribed.
+   !> The velocities of the nodes of the constraints [m/s], (ndim, these nodes): for `v_n` those of the step before, in the first
+   !> step the initial velocities of the material; else the present prescribed ones.
    pure function prescribed_velocity(c, time, last, f, which) result(v)
       type(constraints_t), intent(in) :: c
       real(dp), intent(in) :: time               !! at the start of the step [s]
@@ -55,7 +53,7 @@ contains
            - (f%velocity(:, c%node, v_n) - c%turned(f%velocity(:, :, v_n))))/dt
    end function prescribed_acceleration
 
-   !> What fixed components with values of the nodes of the constraints bring into the nodal equations: M x, (ndim, n_points).
+   !> Contribution of fixed components with values of the nodes of the constraints to the nodal equations: M x, (ndim, n_points).
    pure function coupled_to_prescribed(c, grid, f, values) result(mx)
       type(constraints_t), intent(in) :: c
       type(grid_t), intent(in) :: grid
@@ -67,7 +65,7 @@ contains
       allocate (mx, source=by_mass(grid, f%mass_matrix, x))
    end function coupled_to_prescribed
 
-   !> Set fixed components of a field to values of the nodes of the constraints, and what turns to these and how it turns.
+   !> Set fixed components of a field to values of the nodes of the constraints, turning ones by the turning.
    pure subroutine set_prescribed(c, grid, f, values, x)
       type(constraints_t), intent(in) :: c
       type(grid_t), intent(in) :: grid
@@ -102,8 +100,8 @@ contains
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
    end subroutine move_prescribed
 
-   !> Find the work of what moves fixed components: the force R = M a - f + alpha p, f being the force without damping and p the momentum. In a step
-   !> it is (R(t) + R(t + dt))/2 . w dt, of which R(t + dt) is known in the next step only: until then R(t) stands for it.
+   !> Find the work of moving fixed components: of the force R = M a - f + alpha p, with f without damping and the momentum p. In a
+   !> step it is (R(t) + R(t + dt))/2 . w dt; R(t + dt) is known in the next step only: R(t) replaces it until then.
    subroutine find_work(c, grid, dt, damping_rate, f, last, work)
       type(constraints_t), intent(in) :: c
       type(grid_t), intent(in) :: grid

@@ -1,18 +1,15 @@
 !> Pressure on the faces of cracks that cut cells in any direction (`hampm_cut_cells`).
 !>
-!> The particles on both sides of such a crack fill rectangles, whose edges between particles of different sides are stairs along the
-!> crack. The pressure acts on these edges: with the shape functions of the particles' own cells its nodal forces are then just those with which
-!> the particles, under a uniform stress of the same size, would press on their faces. So faces under a pressure p and a body under a remote
-!> tension p have the same K but for rounding, whatever the place and the direction of the crack; with the pressure along the line itself they would
-!> differ by what the cells cannot say of its place. At a mouth the stairs go on along the edge of the body to the crack, from where loads on
-!> that edge begin (`hampm_edge_loads`): what a particle has of it beyond the crack is pressed too, and the other side by as much the other
-!> way. So the resultant of each face is that of its line. A particle through whose middle the crack runs is two halves of its rectangle, with
-!> the crack for an edge between them.
+!> The particles on both sides of the crack fill rectangles whose common edges are stairs along it, on which the pressure acts.
+!> Nodal forces then are exactly those of the particles under a uniform stress of the same size: faces under a pressure p and a body
+!> under a remote tension p have the same K up to rounding, for any place and direction of the crack; with pressure along the line
+!> they would differ by the place error of the cells. At a mouth the stairs continue along the edge of the body to the crack, where
+!> loads on that edge begin (`hampm_edge_loads`): the part of a particle beyond the crack is pressed too, and its other side the
+!> opposite way. So the resultant of each face is that of its line. A particle cut through its middle is two halves of its
+!> rectangle.
 !>
-!> A cell in which the crack ends is cut as a whole, and so pressed as a whole: what lies ahead of the tip is held by cohesive points, which are
-!> pressed as much from both sides.
-!>
-!> The edges are those between particles in the reference configuration, and go with these (`hampm_turned_faces`).
+!> A cell with a crack end is cut, and pressed, as a whole: the bonded points ahead of the tip are pressed equally from both sides.
+!> The edges, between particles in the reference configuration, move with these (`hampm_turned_faces`).
 module hampm_pressed_faces
    use hampm_kinds, only: dp, ndim, plane
    use hampm_polygon, only: distance_to_segment
@@ -30,7 +27,7 @@ module hampm_pressed_faces
    private
    public :: press_faces
 
-   real(dp), parameter :: touching = 1e-3_dp     !! part of a particle by which rectangles that touch may be apart
+   real(dp), parameter :: touching = 1e-3_dp     !! gap of touching rectangles, as part of a particle
 
    !> An edge of a particle that is a face of a crack.
    type :: edge_t
@@ -65,8 +62,8 @@ contains
       end do
    end subroutine press_faces
 
-   !> Find, of solids, the faces of particles in the plane of a crack: of all cells with an open node those next to the plane, wherever the rows of particles
-   !> are in the cells. What lies ahead of the front is pressed as much from both sides.
+   !> Find, in solids, the faces of particles in the plane of a crack: those next to the plane in all cells with an open node, for
+   !> any rows of particles in the cells. Both sides ahead of the front are pressed equally.
    pure subroutine find_faces(m, cut, edges)
       type(matter_t), intent(in) :: m
       type(plane_cut_t), intent(in) :: cut
@@ -129,7 +126,7 @@ contains
       m%cache%mapped = .false.                   ! which cells have operators depends on the particles
    end subroutine take_edges
 
-   !> Find the edges between particles on different sides of a line, in the order of the particles, and what belongs to them at mouths.
+   !> Find the edges between particles on different sides of a line, in the order of the particles, with their edges at mouths.
    subroutine find_edges(m, line, edges)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: line
@@ -162,8 +159,8 @@ contains
       end do
    end subroutine find_edges
 
-   !> Add what of the outer sides of a particle is beyond a line, beside its mouth, to the edges of the particle, and the other way to those of the
-   !> particles on which loads on that part of the edge of the body hang.
+   !> Add the outer sides of a particle beyond a line, beside its mouth, to the edges of the particle, and the opposite way to those
+   !> of the particles that carry loads on that part of the edge of the body.
    subroutine press_mouth(m, points, i, is_inner, is_weak, edges)
       type(matter_t), intent(in) :: m
       real(dp), intent(in) :: points(:, :)       !! of the line [m]
@@ -262,7 +259,7 @@ contains
       edges = 2*edges
    end subroutine find_rectangle
 
-   !> Add the edge by which a particle touches another one, if a line runs between them.
+   !> Add the common edge of two particles, if a line runs between them.
    pure subroutine press_pair(p, cut, points, i, j, is_inner, edges)
       type(particles_t), intent(in) :: p
       type(cut_cells_t), intent(in) :: cut
@@ -302,7 +299,7 @@ contains
       end do
    end subroutine press_pair
 
-   !> Leave of a part of a side of a rectangle what one half of the rectangle has.
+   !> Clip a part of a side of a rectangle to one half of the rectangle.
    pure subroutine clip(normal, d, side, middle, from, to)
       real(dp), intent(in) :: normal(ndim)       !! into the half
       integer, intent(in) :: d                   !! direction across the side
@@ -323,8 +320,8 @@ contains
       end if
    end subroutine clip
 
-   !> Add the edge between two halves of a rectangle, the crack through its middle: what it has across each axis, at the two points of Gauss's rule,
-   !> as shape functions of bilinear cells are of second order along it.
+   !> Add the edge between two halves of a rectangle, the crack through its middle: its components across each axis, at two Gauss
+   !> points, as shape functions of bilinear cells are of second order along it.
    pure subroutine add_chord(p, i, middle, size, edges)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i                   !! a half

@@ -36,28 +36,28 @@ module hampm_problem
              update_particles, map_to_grid, rebuild_operators, refresh_grid, is_weighed, keeps_velocity, pass_on, do_pass, &
              assemble_sums, kinetic_energy, stored_energy, dissipated_energy, archive_history
 
-   !> What makes steps fast, and follows from the rest.
+   !> Derived data that make steps fast.
    type :: cache_t
       type(sorting_t) :: sorting                 !! how particles got into their order
       type(tiling_t) :: tiling                   !! of steps in tiles
       type(element_operators_t) :: operators     !! of cells that are passed without their particles
       logical :: mapped = .false.                !! whether the cells hold the contributions for the next step
       logical :: weighed = .false.               !! whether the nodes have the masses that these give
-      integer(long) :: velocity_after = -1       !! steps after which `v_mapped` is the velocity of the nodes, with which the next one begins
+      integer(long) :: velocity_after = -1       !! steps after which `v_mapped` is the nodal velocity, the start of the next step
       integer(long) :: acceleration_after = -1   !! the same of the acceleration by the forces
       logical :: sorted = .false.                !! whether particles moved to other cells in the last step
-      logical :: is_provisional = .false.        !! whether the mesh is to change before anything moves: nodes and weights wait for the last one
+      logical :: is_provisional = .false.        !! whether the mesh will change before any motion: nodes and weights wait
    end type cache_t
 
-   !> The body and what acts on it: particles of materials in the cells of a grid, constraints, loads and interfaces; how it is solved, and its
-   !> state.
+   !> The body and its loading: particles of materials in the cells of a grid, constraints, loads and interfaces; its solution
+   !> method, and its state.
    type, extends(matter_t) :: problem_t
       type(constraints_t) :: constraints
       type(load_t), allocatable :: loads(:)
       type(absorbing_edges_t) :: absorbing       !! dashpots on edges
       real(dp) :: damping_rate = 0               !! alpha of the force -alpha m v [1/s]
       logical :: audit = .false.                 !! whether to book the numerical loss
-      logical :: is_explicit = .true.            !! whether it goes by explicit steps, in which cells may be passed without their particles
+      logical :: is_explicit = .true.            !! explicit steps, in which cells may be processed without their particles
       type(scheme_t) :: scheme
       type(mass_choice_t) :: mass                !! which mass matrix
       type(mass_solver_t) :: solver
@@ -66,9 +66,9 @@ module hampm_problem
       type(corner_map_t) :: corners              !! of the domains of particles, where these have any
       type(interfaces_t) :: interfaces           !! between the sides of cracks that cut cells
       type(interface_step_t) :: interface_step   !! and their forces in explicit steps
-      type(state_t) :: state                     !! time, and what the nodes keep
+      type(state_t) :: state                     !! time, and nodal values
       type(energies_t) :: energies               !! work and losses so far
-      type(cache_t) :: cache                     !! what makes steps fast
+      type(cache_t) :: cache                     !! derived data
    contains
       procedure :: has_domains
    end type problem_t
@@ -157,7 +157,7 @@ contains
       call m%grid%dofs%mark_masters(has)
    end function nodes_with_material
 
-   !> Let interface points hang on the nodes of the cells that have material now, where that moves through the cells: others have no motion.
+   !> Attach interface points to the nodes of cells with material, where that moves through the cells: other nodes have no motion.
    subroutine renew_interfaces(m)
       type(problem_t), intent(inout) :: m
       real(dp) :: before
@@ -179,8 +179,8 @@ contains
       if (m%interfaces%are_bounded) nodes = nodes_of_dashpots(m%loads, m%grid, m%particles)
    end function lumped_by_dashpots
 
-   !> Nodes with lumped masses in explicit steps: those that interface points move at the end of these, and those of nearly empty cells, for which others have
-   !> next to nothing.
+   !> Nodes with lumped masses in explicit steps: those moved by interface points at the end of steps, and those of nearly empty
+   !> cells, for which other masses would be nearly 0.
    pure function nodes_lumped_in_steps(m) result(nodes)
       type(problem_t), intent(in) :: m
       integer, allocatable :: nodes(:)
@@ -224,8 +224,8 @@ contains
       end do
    end subroutine check_layers
 
-   !> Kinetic energy [J]: of the particles, sum of m v**2/2; where nodes keep their velocities between implicit steps v.M v/2 of
-   !> these, which is what such steps conserve.
+   !> Kinetic energy [J]: of the particles, sum of m v**2/2; if nodes keep their velocities between implicit steps, v.M v/2, which
+   !> such steps conserve.
    real(dp) function kinetic_energy(m) result(energy)
       type(problem_t), intent(in) :: m
       if (.not. allocated(m%state%velocity)) then
@@ -235,7 +235,7 @@ contains
       energy = sum(m%state%velocity*by_mass(m%grid, m%fields%mass_matrix, m%state%velocity))/2
    end function kinetic_energy
 
-   !> Energy that the material stores, with that of cohesive points [J].
+   !> Stored energy of the material and of cohesive points [J].
    real(dp) function stored_energy(m)
       type(problem_t), intent(in) :: m
       stored_energy = strain_energy(m%particles, m%materials) + interface_energy(m%interfaces)
@@ -260,7 +260,7 @@ contains
       m%materials%time_increment = 0
    end subroutine archive_history
 
-   !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.
+   !> Update the particles before output: those of cells with operators may be behind.
    subroutine update_particles(m)
       type(problem_t), intent(inout) :: m
       call give_to_particles(m%cache%operators, m%matter_t, m%fields)
@@ -308,7 +308,7 @@ contains
       call map_corners(pass, m%matter_t, m%corners, m%fields)
    end subroutine do_pass
 
-   !> Assemble the nodal sums from what the particles have mapped.
+   !> Assemble the nodal sums from the mapped values of the particles.
    subroutine assemble_sums(m, mass, momentum, force)
       type(problem_t), intent(inout) :: m
       logical, intent(in) :: mass, momentum, force
@@ -353,8 +353,8 @@ contains
       is_weighed = m%cache%mapped .and. m%cache%weighed .and. m%particles%total_frame
    end function is_weighed
 
-   !> Whether velocities that are solved for the momentum at the end of a step are those at the start of the next one: where they depend
-   !> on nothing else, and only what moves the particles changes their momentum. Lumped masses are not worth it.
+   !> Whether velocities solved for the momentum at the end of a step are those at the start of the next: if they depend on nothing
+   !> else, and only the velocities of particles change the momentum. Not worthwhile for lumped masses.
    pure logical function keeps_velocity(m)
       type(problem_t), intent(in) :: m
       keeps_velocity = m%scheme%remaps .and. is_weighed(m) .and. m%solver%by /= by_lumped .and. .not. m%solver%iterates() &
@@ -384,7 +384,7 @@ contains
       if (m%grid%is_quadratic() .and. .not. m%cache%is_provisional) call weigh_particles(m)
    end subroutine sort_particles
 
-   !> Give the particles of quadratic cells the weights of their quadrature, and loads by mass what follows.
+   !> Give the particles of quadratic cells their quadrature weights, and update loads by mass.
    subroutine weigh_particles(m)
       type(problem_t), intent(inout) :: m
       call weigh_points(m%matter_t)

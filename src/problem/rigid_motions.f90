@@ -1,8 +1,7 @@
-!> Motions as a whole that nothing holds. Connected material at rest needs three things held: its two directions and its turning;
-!> in space six: three directions and how it turns around their axes.
-!> Where constraints hold less, nodes are constrained that take the rest: they feel no force where the loads balance each other, and
-!> where they do not, nothing can come to rest. Loads that keep their direction balance each other on the deformed material, where it has
-!> turned until they do: how far is no matter of the rigid-body constraints.
+!> Unconstrained rigid-body modes. Connected material in static equilibrium needs three held: two directions and the turning; in
+!> space six: three directions and turning around their axes. If constraints hold less, rigid-body constraints at nodes hold the
+!> rest: without force if the loads balance each other; else there is no equilibrium. Loads of fixed direction balance on the
+!> deformed material, after it has turned: the rigid-body constraints do not affect the angle.
 module hampm_rigid_motions
    use hampm_kinds, only: dp, ndim, corners
    use hampm_tensors, only: norm
@@ -19,8 +18,8 @@ module hampm_rigid_motions
    public :: rigid_constraint_t, find_rigid_constraints, check_rigid_constraints, turn_with, free_motions_t, find_free_motions, &
              take_inertia, take_motion_as_whole, number_of_pieces, motions, motions_at
 
-   integer, parameter :: motions = ndim*(ndim + 1)/2 !! of a piece of material: along each axis, then turning from one axis to another
-   real(dp), parameter :: not_held = 1e-10_dp    !! what a motion moves of what is held, below which it is not held
+   integer, parameter :: motions = ndim*(ndim + 1)/2 !! of a piece of material: along each axis, then turnings between two axes
+   real(dp), parameter :: not_held = 1e-10_dp    !! motion of held components below which a mode is free
 
    !> A direction of a node that is held in place of a constraint.
    type :: rigid_constraint_t
@@ -52,7 +51,7 @@ contains
       turns = self%motion > ndim
    end function turns
 
-   !> Constraints of rigid-body modes for all that the constraints do not hold. Faces that may press on each other count as connected.
+   !> Constraints of rigid-body modes that the constraints leave free. Faces that may press on each other count as connected.
    subroutine find_rigid_constraints(m, rigid_constraints)
       type(problem_t), intent(in) :: m
       type(rigid_constraint_t), allocatable, intent(out) :: rigid_constraints(:)
@@ -84,8 +83,7 @@ contains
       end do
    end subroutine find_rigid_constraints
 
-   !> A motion, of those as a whole, that moves nothing of what is held, and the direction, or `motions` for turning, that names it; 0
-   !> where there is none.
+   !> A rigid-body mode that moves nothing held, and the direction, or `motions` for turning, that names it; 0 if there is none.
    pure subroutine find_free_motion(held, free, motion)
       real(dp), intent(in) :: held(motions, motions)
       real(dp), intent(out) :: free(motions)
@@ -139,7 +137,7 @@ contains
       end do
    end subroutine find_best_constraint
 
-   !> By how much the motions move a direction of a node.
+   !> Displacements of a node in a direction by the modes.
    pure function row_of(m, node, direction) result(row)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: node, direction
@@ -156,7 +154,7 @@ contains
       row = motions_at((place - m%grid%forest%lower)/(maxval(m%grid%forest%cells)*m%grid%forest%cell), direction)
    end function row_at
 
-   !> By how much they move a direction of a place.
+   !> Displacements of a place in a direction by the modes.
    pure function motions_at(x, direction) result(moves)
       real(dp), intent(in) :: x(ndim)
       integer, intent(in) :: direction
@@ -174,7 +172,7 @@ contains
       end do
    end function motions_at
 
-   !> The motion as a whole that a rigid-body constraint holds, by which its node moves by 1 in its direction [-].
+   !> The rigid-body mode of a rigid-body constraint, with a displacement of 1 of its node in its direction [-].
    subroutine turn_with(m, constraint, u)
       type(problem_t), intent(in) :: m
       type(rigid_constraint_t), intent(in) :: constraint
@@ -188,7 +186,7 @@ contains
          u(:, k) = [(dot_product(row_of(m, k, d), constraint%free), d=1, ndim)] &
                    /dot_product(row_of(m, constraint%node, constraint%direction), constraint%free)
       end do
-      call hold(m%constraints, u)                ! but for rounding
+      call hold(m%constraints, u)                ! up to rounding
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, u)
    end subroutine turn_with
 
@@ -226,7 +224,7 @@ contains
       end do
    end subroutine find_free_motions
 
-   !> Whether forces do work on them, more than a part of what their sizes would.
+   !> Whether forces do work on the modes, above a part of the work of their magnitudes.
    pure logical function are_pushed(self, force, part)
       class(free_motions_t), intent(in) :: self
       real(dp), intent(in) :: force(:, :)        !! [N], (ndim, n_points)
@@ -238,7 +236,7 @@ contains
       end do
    end function are_pushed
 
-   !> Take from forces what moves material as a whole where nothing holds it: mass times the acceleration of that, for which no strain stands.
+   !> Subtract from forces the rigid-body acceleration of free material times its mass: it causes no strain.
    subroutine take_inertia(free, force, acceleration)
       type(free_motions_t), intent(in) :: free
       real(dp), intent(inout) :: force(:, :)     !! [N], (ndim, n_points)
@@ -253,8 +251,8 @@ contains
       end do
    end subroutine take_inertia
 
-   !> Take from a displacement what moves material as a whole where nothing holds it: what rounding makes of that in a solution of K u = f turns the
-   !> material, and with it what J lacks to be independent of its path.
+   !> Subtract free rigid-body modes from a displacement: their rounding in a solution of K u = f turns the material, and with it
+   !> the error of J in its path independence.
    subroutine take_motion_as_whole(free, u)
       type(free_motions_t), intent(in) :: free
       real(dp), intent(inout) :: u(:, :)         !! [m], (ndim, n_points)
@@ -266,7 +264,7 @@ contains
       end do
    end subroutine take_motion_as_whole
 
-   !> What each motion has of one whose products with their momenta are given; nothing where their masses are singular.
+   !> Share of each mode in a motion with given products with their momenta; 0 if their masses are singular.
    pure function shares_of(free, products) result(share)
       type(free_motions_t), intent(in) :: free
       real(dp), intent(in) :: products(:)
@@ -278,7 +276,7 @@ contains
       share = merge(solution(:, 1), 0.0_dp, info == 0)
    end function shares_of
 
-   !> Add what is held.
+   !> Add a held component.
    pure subroutine add_row(row, held)
       real(dp), intent(in) :: row(motions)
       real(dp), intent(inout) :: held(motions, motions)
@@ -312,7 +310,7 @@ contains
       end do
    end subroutine check_rigid_constraints
 
-   !> In words: how the loads move what a rigid-body constraint is for, and what would hold it.
+   !> In words: the motion by the loads that a rigid-body constraint prevents, and a constraint that would hold it.
    function motion_text(constraint, force) result(text)
       type(rigid_constraint_t), intent(in) :: constraint
       real(dp), intent(in) :: force              !! [N]
@@ -327,7 +325,7 @@ contains
       end if
    end function motion_text
 
-   !> One node of an element that is no hanging node, or the master of one.
+   !> A node of an element that does not hang, or a master of one.
    pure integer function first_master(m, e) result(node)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: e
@@ -352,7 +350,7 @@ contains
       number = count(is_one)
    end function number_of_pieces
 
-   !> Number of the piece of each node: that of the nodes with which it has an element in common, from element to element.
+   !> Number of the piece of each node: nodes that share an element are in one piece.
    subroutine find_pieces(m, piece, firmly)
       type(problem_t), intent(in) :: m
       integer, allocatable, intent(out) :: piece(:)
@@ -389,7 +387,7 @@ contains
       piece = [(sets%least_of(k), k=1, m%grid%n_nodes)]
    end subroutine find_pieces
 
-   !> Sum, over what is held of each piece, of the squares by which its motions as a whole would move that.
+   !> Sum, over the held components of each piece, of the squares of their displacements by its rigid-body modes.
    pure subroutine find_what_is_held(m, piece, held)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: piece(:)

@@ -1,4 +1,4 @@
-!> The state of a problem, beside its particles: its time, what its nodes keep from step to step, and its balance of energy.
+!> The state of a problem beside its particles: time, nodal values kept between steps, and energy balance.
 module hampm_state
    use hampm_kinds, only: dp, long
    use hampm_prescribed_nodes, only: prescribed_work_t
@@ -12,7 +12,7 @@ module hampm_state
       real(dp) :: time = 0                       !! [s]
       integer(long) :: steps = 0                 !! steps done
       real(dp) :: last_dt = 0                    !! length of the last step [s]
-      real(dp), allocatable :: displacement(:, :) !! since the start; at rest from material without loads [m], (ndim, n_points)
+      real(dp), allocatable :: displacement(:, :) !! since the start; static: from unloaded material [m], (ndim, n_points)
       real(dp), allocatable :: velocity(:, :)    !! [m/s]
       real(dp), allocatable :: acceleration(:, :) !! [m/s2]
    contains
@@ -22,7 +22,7 @@ module hampm_state
    !> Work and losses since the start, for the balance of energy.
    type :: energies_t
       real(dp) :: external_work = 0              !! of the loads and of constraints that move [J]
-      type(prescribed_work_t) :: prescribed      !! what of the latter is not final
+      type(prescribed_work_t) :: prescribed      !! preliminary part of the latter
       real(dp) :: damping_loss = 0               !! taken by the damping [J]
       real(dp) :: absorbed_energy = 0            !! taken by absorbing edges [J]
       real(dp) :: fracture_energy = 0            !! taken by the new faces of cracks that grow [J]

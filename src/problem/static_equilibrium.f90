@@ -1,9 +1,9 @@
-!> How far a motion is from rest, and how soon it could be there.
+!> Distance of a motion from static equilibrium, and the time to reach it.
 !>
-!> A motion under constant loads swings around, or creeps towards, the state in which forces balance. What it still has to give away
-!> on its way there is its kinetic energy and the energy of the deformation that is missing: where r is the residual,
-!> internal force and loads together, the way to rest is K^-1 r, and its energy r . K^-1 r/2. So a run that is damped so much that
-!> it hardly moves is seen to be far from rest all the same.
+!> A motion under constant loads swings around, or creeps towards, the state in which forces balance. The energy still to be
+!> released is its kinetic energy and the energy of the missing deformation: with the residual r, internal force and loads together,
+!> the displacement to equilibrium is K^-1 r, and its energy r . K^-1 r/2. So a strongly damped run that hardly moves is recognised
+!> as far from equilibrium.
 module hampm_static_equilibrium
    use hampm_kinds, only: dp, ndim
    use hampm_problem, only: problem_t, refresh_grid, update_particles, stored_energy, kinetic_energy
@@ -14,8 +14,8 @@ module hampm_static_equilibrium
    private
    public :: find_distance_to_equilibrium, find_lowest_frequency, time_to_equilibrium
 
-   !> Unknowns of the largest stiffness that is factorised for this: a few seconds and 1 GB; and where nobody asks for rest: a
-   !> few MB; and to propose how to come to rest: a second and 0.2 GB.
+   !> Unknowns of the largest stiffness that is factorised for this: a few seconds and 1 GB; if not requested: a few MB; for a
+   !> proposal how to reach equilibrium: a second and 0.2 GB.
    integer, parameter :: most_unknowns = 500000, most_unasked = 10000, most_proposed = 100000
    integer, parameter :: turns = 4               !! of inverse iteration, at most
    real(dp), parameter :: converged = 1e-3_dp    !! relative change of the frequency at which it ends
@@ -25,11 +25,11 @@ module hampm_static_equilibrium
 
 contains
 
-   !> Distance from rest: the square root of the energy that is to be given away on the way there, over the strain energy at rest,
-   !> which is |u + w|**2 K/2 with w the way: E - f . w + r . w/2, f being the internal forces. It is that of displacements,
-   !> relative; G, J and the energies are off by about twice as much, K by as much. Where no load is left at the end the strain
-   !> energy at rest is none, and a part of the present one stands for it. Negative where it is not known: nothing is strained but by
-   !> rounding, the model is too large, or memory does not suffice.
+   !> Distance from equilibrium: the square root of the energy to be released, over the strain energy at equilibrium, |u + w|**2 K/2
+   !> with the displacement w to it: E - f . w + r . w/2, f being the internal forces. It is the relative distance of displacements;
+   !> G, J and the energies have about twice the error, K the same. If no load is left at the end, a part of the present strain
+   !> energy replaces that at equilibrium. Negative if unknown: strains are zero up to rounding, the model is too large, or memory
+   !> is insufficient.
    subroutine find_distance_to_equilibrium(m, distance)
       type(problem_t), intent(inout) :: m
       real(dp), intent(out) :: distance

@@ -1,14 +1,14 @@
-!> The stiffness of a motion's material at small strain, by its particles as they stand in the grid, and solutions of K u = f with it:
-!> the place at which the motion comes to rest, if it does, and what changes there by other forces.
+!> Stiffness of the material of a motion at small strain, by its particles as they stand in the grid, and solutions of K u = f: the
+!> equilibrium of the motion, if any, and its change by other forces.
 !>
-!> Where nothing holds a body, a part of K is singular. So K may be that of bodies on very soft interface points, everywhere in proportion
-!> to the mass: forces that balance each other do not feel them, others accelerate the body as a whole.
+!> Without supports K is partly singular. K may then be that of bodies on very soft interface points, proportional to the mass:
+!> balanced forces do not load them, others accelerate the body as a whole.
 !>
-!> Of axisymmetric material N_a/R is a third derivative of a shape function, by which displacements in direction 1 give H_33: displacement gradients and
-!> stresses then have a third column with that and stress_33 in direction 1.
+!> Of axisymmetric material N_a/R is a third derivative of a shape function, which gives H_33 from displacements in direction 1:
+!> displacement gradients and stresses then have a third column with H_33 and stress_33 in direction 1.
 !>
-!> For equilibrium of any law K is the tangent: how internal forces change with the displacement from the particles' present state.
-!> For implicit steps a multiple of the mass matrix is added to it.
+!> For equilibrium of any law K is the tangent: the change of internal forces with the displacement from the particles' present
+!> state. For implicit steps a multiple of the mass matrix is added to it.
 module hampm_stiffness
    use hampm_kinds, only: dp, ndim, corners, name_len
    use hampm_conjugate_gradients, only: solve_by_cg
@@ -36,8 +36,8 @@ module hampm_stiffness
    public :: stiffness_t, stiffness_kind_t, usual_solver, most_direct, kind_at_rest, is_larger, new_stiffness, &
              factorise_stiffness, forces_of, full_loads
 
-   !> Squared frequency of the interface points over that of a wave that crosses the bodies: far below that of the first bending of an arm
-   !> of a hundred times its depth, far above rounding.
+   !> Squared frequency of the interface points over that of a wave across the bodies: far below the first bending mode of an arm a
+   !> hundred times its depth, far above rounding.
    real(dp), parameter :: softness = 1.0e-8_dp
    real(dp), parameter :: hardly = 1e-10_dp      !! over the stiffness of a piece of a cell, that which keeps it from being singular
 
@@ -48,25 +48,25 @@ module hampm_stiffness
 
    !> Which stiffness is wanted.
    type :: stiffness_kind_t
-      logical :: is_tangent = .false.            !! that of the present state, with every particle as one point; else that of small
+      logical :: is_tangent = .false.            !! of the present state, with every particle as one point; else of small
                                                  !! strain, where a particle alone in its cell is four points
       logical :: on_interfaces = .true.             !! see above
       character(name_len) :: solver = usual_solver !! 'direct', 'cg' or, of solids, 'auto'
-      type(rigid_constraint_t), allocatable :: rigid_constraints(:) !! what is held beside what the constraints hold
+      type(rigid_constraint_t), allocatable :: rigid_constraints(:) !! constraints beside those of the model
       real(dp) :: mass_factor = 0                !! c of K + c M + b D, M being the mass matrix of the run [1/s2]
-      real(dp) :: dashpot_factor = 0             !! b, D being that of dashpots on edges [1/s]
-      real(dp), allocatable :: factor(:)         !! of each load, with the tangent of those that follow faces [-]; not allocated without it
+      real(dp) :: dashpot_factor = 0             !! b, with the matrix D of dashpots on edges [1/s]
+      real(dp), allocatable :: factor(:)         !! of each load, with the tangent of those that follow faces [-]
    contains
       procedure, private :: has_form_of
    end type stiffness_kind_t
 
-   !> A factorised stiffness, and what it was made for.
+   !> A factorised stiffness, and its kind.
    type :: stiffness_t
       type(stiffness_kind_t), private :: kind
       real(dp), allocatable, private :: of_fronts(:) !! of interface points that moving fronts change [N/m]
-      integer, private :: layout = -1            !! of the blocks then; -1 where there is none
+      integer, private :: layout = -1            !! of the blocks then; -1: none
       logical, allocatable, private :: fixed(:, :) !! the components that were fixed
-      integer, allocatable, private :: states(:) !! what interface points did
+      integer, allocatable, private :: states(:) !! states of interface points
       real(dp), private :: caution = 0           !! see `interfaces_t`
       type(numbering_t) :: unknowns
       real(dp) :: point = 0                     !! squared frequency of the interface points [1/s2]
@@ -84,8 +84,8 @@ module hampm_stiffness
 
 contains
 
-   !> Which stiffness tells how material that nothing strains comes to rest: where a run is to find that by its first tangent, and will have
-   !> the same, that one, else that on soft interface points.
+   !> The stiffness that gives the equilibrium of unstrained material: the first tangent if a run finds equilibrium by it, to have
+   !> the same factors, else on soft interface points.
    pure type(stiffness_kind_t) function kind_at_rest(m, rigid_constraints) result(kind)
       type(problem_t), intent(in) :: m
       type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
@@ -95,21 +95,21 @@ contains
       allocate (kind%rigid_constraints, source=rigid_constraints)
    end function kind_at_rest
 
-   !> Assemble and factorise a stiffness of at most so many unknowns: of a kind, unless it is there, else that of small strain on interface
-   !> points. `done` is false where there are more unknowns or memory does not suffice.
+   !> Assemble and factorise a stiffness of at most so many unknowns: of a kind, if present, else of small strain on interface
+   !> points. `done` is false if there are more unknowns or memory is insufficient.
    subroutine new_stiffness(m, most_unknowns, stiffness, done, kind)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: most_unknowns
       type(stiffness_t), intent(inout) :: stiffness
       logical, intent(out) :: done
       type(stiffness_kind_t), intent(in), optional :: kind
-      type(failure_t) :: failure                 ! nobody is told: without a solution there is only no estimate
+      type(failure_t) :: failure                 ! ignored: without a solution there is only no estimate
       done = .not. is_larger(m, most_unknowns)
       if (.not. done) return
       if (present(kind)) then
          call factorise_stiffness(m, kind, stiffness, failure)
       else
-         call stiffness%release()                ! it may be that of another problem
+         call stiffness%release()                ! it may belong to another problem
          call factorise_stiffness(m, stiffness_kind_t(), stiffness, failure)
       end if
       done = stiffness%unknowns%n > 0 .and. .not. failure%failed()
@@ -144,8 +144,8 @@ contains
       if (unsolved%failed()) call failure%report(unsolved%code, unsolved%message)
    end subroutine factorise_stiffness
 
-   !> Whether a stiffness is that of a kind still: of material whose tangent stays, with the same components held and interface points that do
-   !> the same.
+   !> Whether a stiffness is still of a kind: of material with a constant tangent, with the same fixed components and states of
+   !> interface points.
    pure logical function fits(self, m, kind)
       class(stiffness_t), intent(in) :: self
       type(problem_t), intent(in) :: m
@@ -164,7 +164,7 @@ contains
       list = pack(m%interfaces%list(:m%interfaces%n)%stiffness, m%interfaces%list(:m%interfaces%n)%plane > 0)
    end function stiffnesses_at_fronts
 
-   !> Whether two kinds are the same; on the same mesh the same rigid-body constraints are those of the same components that are held.
+   !> Whether two kinds are the same; on one mesh rigid-body constraints are the same if they hold the same components.
    pure logical function has_form_of(self, other)
       class(stiffness_kind_t), intent(in) :: self
       type(stiffness_kind_t), intent(in) :: other
@@ -172,8 +172,7 @@ contains
                     self%solver == other%solver .and. .not. abs(self%mass_factor - other%mass_factor) > 0
    end function has_form_of
 
-   !> Assemble and factorise the stiffness of the unknowns that there are. What CHOLMOD found out of the pattern of the last one is
-   !> kept as long as that stays.
+   !> Assemble and factorise the stiffness of the present unknowns. CHOLMOD's symbolic analysis is reused while the pattern stays.
    subroutine assemble_and_factorise(m, stiffness, failure)
       type(problem_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: stiffness
@@ -231,7 +230,7 @@ contains
       type(problem_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: stiffness
       logical, allocatable :: fixed(:, :)
-      integer, allocatable :: nodes(:)           ! those of occupied cells
+      integer, allocatable :: nodes(:)           ! nodes of occupied cells
       integer :: k
       associate (all => m%fields%mass_matrix%all)
          call nodes_of_elements(m%grid, all%cells(:all%n_cells), nodes)
@@ -246,8 +245,8 @@ contains
       call number_unknowns(nodes, fixed, stiffness%unknowns, m%constraints%turning, m%constraints%lever)
    end subroutine number
 
-   !> Add the stiffness of all cells. Where few particles are, nodes have motions that strain nothing: these are hardly held, to have some
-   !> solution.
+   !> Add the stiffness of all cells. Where few particles are, nodes have strain-free motions: these are weakly held, to be
+   !> solvable.
    subroutine fill(m, cells, stiffness, matrix)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: cells(:)            !! the occupied elements
@@ -292,8 +291,8 @@ contains
       if (allocated(stiffness%kind%factor)) call add_followers(m, stiffness, matrix)
    end subroutine fill
 
-   !> Add the tangent of loads that follow faces, which iterations take the symmetric part of: the whole is symmetric where a closed surface is under
-   !> one pressure.
+   !> Add the tangent of loads that follow faces, in iterations its symmetric part: the whole is symmetric for a closed surface
+   !> under one pressure.
    subroutine add_followers(m, stiffness, matrix)
       type(problem_t), intent(in) :: m
       type(stiffness_t), intent(in) :: stiffness
@@ -315,7 +314,7 @@ contains
       end do
    end subroutine add_followers
 
-   !> By how much the force of a point of a load that follows faces falls with displacements of the corners of its cell [N/m]: cof(F) is quadratic in F.
+   !> Decrease of a point's force of a load that follows faces, by displacements of its cell's corners [N/m]: cof(F) is quadratic.
    pure function follower_tangent(m, load, k, factor) result(matrix)
       type(problem_t), intent(in) :: m
       type(load_t), intent(in) :: load
@@ -351,7 +350,7 @@ contains
    pure logical function are_alike(m, a, b)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: a, b                !! elements; of the first 0 for none
-      real(dp), parameter :: same = 1e-12_dp     ! of places, in cells, and of what a particle has, over that
+      real(dp), parameter :: same = 1e-12_dp     ! of places, in cells, and of a particle's columns
       integer :: n, i, j
       are_alike = .false.
       if (a == 0 .or. m%grid%is_quadratic() .or. m%particles%thickness%is_ring .or. .not. all(m%materials%linear)) return
@@ -368,8 +367,8 @@ contains
       are_alike = .true.
    end function are_alike
 
-   !> Whether nodes of an element may move without straining a particle: of a piece of a leaf, as a crack or the edge of a body cuts it, and
-   !> of a leaf beside finer ones that is partly empty, whose far nodes only the hanging one in its middle may have.
+   !> Whether nodes of an element may move without straining a particle: of a cut piece of a leaf, and of a partly empty leaf beside
+   !> finer ones, whose far nodes may belong to the hanging node in its middle alone.
    pure logical function may_be_loose(m, e)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: e
@@ -380,7 +379,7 @@ contains
       end associate
    end function may_be_loose
 
-   !> Add the stiffness of interface points between faces: c_i c_j times that of the opening, and so many times their masses.
+   !> Add the stiffness of interface points between faces: c_i c_j times that of the opening, and a multiple of their masses.
    subroutine add_interfaces(m, mass_factor, unknowns, matrix)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: mass_factor        !! [1/s2]
@@ -404,7 +403,7 @@ contains
       end do
    end subroutine add_interfaces
 
-   !> Add what of the mass matrix is on its diagonal beside the matrices of the cells.
+   !> Add the diagonal part of the mass matrix beside the matrices of cells.
    subroutine add_concentrated_mass(m, stiffness, matrix)
       type(problem_t), intent(in) :: m
       type(stiffness_t), intent(in) :: stiffness
@@ -464,8 +463,8 @@ contains
       end associate
    end subroutine full_loads
 
-   !> Displacement of the points by forces on them; forces on hanging nodes go to their masters [m]. Fails where
-   !> an iteration does not end.
+   !> Displacement of the points by forces on them [m]; forces on hanging nodes are condensed to their masters. Fails if an
+   !> iteration does not converge.
    subroutine solve(self, m, force, u, failure)
       class(stiffness_t), intent(inout) :: self
       type(problem_t), intent(in) :: m
@@ -511,7 +510,7 @@ contains
       real(dp), allocatable, intent(out) :: u(:, :, :) !! (ndim, n_points, forces)
       real(dp), allocatable :: b(:), x(:)        ! side by side at each unknown
       real(dp) :: of_one(merge(self%unknowns%n, 0, self%iterates))
-      type(failure_t) :: unsolved                ! nobody is told: these are estimates
+      type(failure_t) :: unsolved                ! ignored: these are estimates
       integer :: k
       allocate (u, source=force)
       associate (n => self%unknowns%n, width => size(force, 3), all => m%fields%mass_matrix%all)
@@ -542,7 +541,7 @@ contains
       is_stable = self%unknowns%n == 0 .or. self%iterates .or. self%factorised%is_definite
    end function is_stable
 
-   !> Forces by which the nodes resist a small displacement from the present state, K u, without interface points, condensed [N].
+   !> Nodal forces against a small displacement from the present state, K u, without interface points, condensed [N].
    subroutine forces_of(m, u, force, factor)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
@@ -579,7 +578,7 @@ contains
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
    end subroutine forces_of
 
-   !> Give back the memory.
+   !> Free the memory.
    subroutine release(self)
       class(stiffness_t), intent(inout) :: self
       call self%factorised%release()

@@ -1,8 +1,7 @@
-!> Constraints that only push are supports. A component of a node is fixed there while the material presses on the support, and free
-!> where it has lifted off. Which way a support pushes is where the material is: all particles around a node of it stand on one
-!> side.
+!> Constraints that only push are supports. A component of a node is fixed while the material presses on the support, and free after
+!> lift-off. A support pushes towards the material: all particles around a node of it are on one side.
 !>
-!> Which components are fixed is found by turns (`hampm_balance`): release what is pulled, hold what would go through the support.
+!> The fixed components are found by iterations (`hampm_balance`): release pulled ones, hold those that would penetrate the support.
 !>
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapter 10 (active sets).
 module hampm_supports
@@ -17,7 +16,7 @@ module hampm_supports
    private
    public :: check_supports, find_wrong_supports, turn_supports, lift_by, press_on_supports, archive_supports
 
-   real(dp), parameter :: through = 1e-12_dp     !! how far a node is in its support before it is held, over the largest lift
+   real(dp), parameter :: through = 1e-12_dp     !! penetration of a node before it is held, over the largest lift
 
 contains
 
@@ -52,7 +51,7 @@ contains
       axis = axes(d:d)
    end function axis
 
-   !> Mass that stands above and below the supported components of nodes, by its part in these and in the nodes that hang on them [kg].
+   !> Mass above and below the supported components of nodes, by its part in these and in nodes hanging on them [kg].
    subroutine weigh_sides(m, above, below)
       type(problem_t), intent(in) :: m
       real(dp), intent(out) :: above(:, :), below(:, :) !! (ndim, n_nodes)
@@ -96,7 +95,7 @@ contains
       end do
    end subroutine press_on_supports
 
-   !> Find how far the nodes are from their supports, from their displacement, and hold those that are not above them.
+   !> Find the distances of the nodes from their supports, from their displacement, and hold those that are not above them.
    subroutine lift_by(m, u)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
@@ -119,7 +118,7 @@ contains
       real(dp), intent(in) :: r(:, :)            !! the residual without the supports [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of that [N]
       logical, allocatable, intent(out) :: wrong(:, :) !! (ndim, n_nodes)
-      real(dp), allocatable, intent(out) :: pull(:, :) !! by which supports pull [N], (ndim, n_nodes)
+      real(dp), allocatable, intent(out) :: pull(:, :) !! tension of supports [N], (ndim, n_nodes)
       allocate (wrong(ndim, m%grid%n_nodes), pull(ndim, m%grid%n_nodes))
       wrong = .false.
       pull = 0
@@ -142,13 +141,13 @@ contains
       call c%fix(c%fixed .neqv. some)
    end subroutine turn_supports
 
-   !> How far the component that is farthest from its support is from it [m].
+   !> Largest distance of a component from its support [m].
    pure real(dp) function largest_lift(c)
       type(constraints_t), intent(in) :: c
       largest_lift = max(0.0_dp, maxval(abs(c%lift), mask=c%supported))
    end function largest_lift
 
-   !> Keep which components are held by supports, and how far the others are from these.
+   !> Save or restore the components held by supports, and the distances of the others.
    subroutine archive_supports(c, archive)
       type(constraints_t), intent(inout) :: c
       class(archive_t), intent(inout) :: archive

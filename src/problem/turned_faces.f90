@@ -1,9 +1,9 @@
-!> How faces under a pressure have turned and stretched: da n = cof(F) dA N (Nanson).
+!> Turning and stretch of faces under a pressure: da n = cof(F) dA N (Nanson).
 !>
-!> F is that of the particle to which a point belongs. In the updated frame it need not be the gradient of one motion, and edges that each follow their own
-!> particle leave gaps: a pressure around a body that spins then has a moment of a hundredth of that of one side. So the points of a segment, or of a rectangle in
-!> space, that are neighbours share its ends, in the mean of where their particles take these, and F is corrected to take the segment from end to end: over a
-!> closed surface the area vectors have no sum, and the moments hardly one.
+!> F is of the particle of a point. In the updated frame these need not be gradients of one motion, and edges that follow their own
+!> particles leave gaps: a pressure around a spinning body then has a moment of a hundredth of that of one side. So neighbouring
+!> points of segments, in space of rectangles, share their ends, at the mean of the places by their particles, and F is corrected to
+!> map each segment to its ends: over a closed surface the area vectors sum to 0, the moments nearly so.
 module hampm_turned_faces
    use hampm_kinds, only: dp, ndim, long
    use hampm_particles, only: particles_t
@@ -76,7 +76,7 @@ contains
       x = p%reference(particle, :) + p%displacement(particle, :) + way + matmul(p%gradient_of(particle), way)
    end function place_of_end
 
-   !> Cofactors of F at points: those of particles whose material `follows`, with `ends` those that take segments from end to end.
+   !> Cofactors of F at points: of particles whose material `follows`; with `ends` corrected to map segments to their ends.
    pure function cofactors_of(p, follows, particle, half, ends, place) result(list)
       type(particles_t), intent(in) :: p
       logical, intent(in) :: follows(:)          !! by material
