@@ -1,25 +1,15 @@
-!> What the faces of a crack carry behind a tip that is pressed shut.
+!> Tractions on the crack faces behind a closed tip (docs/explanation/cracks.md has theory and measurements).
 !>
-!> The layer of interface points between faces (`hampm_interface_points`) gives way, and the material ahead of a tip does not: within the last cells
-!> the interface points carry too little, or swing, and a tip that slides may part them by a part of its sliding. What force is missing or too
-!> much there, at a distance d from the tip, is one of sqrt(8 d/(pi**2 a)) of K in a crack of half-length a, and falls with the root of
-!> the cell. What swings with the field of the tip grows as the root of the cell falls, and is a part of K that no cell makes smaller. So a tip is
-!> closed where some cells behind it the faces overlap in the mean, and the traction there, a line in the distance from the tip by least
-!> squares, is continued to the tip. What swings bears nothing in the mean over a few cells: the line is through half of the faces that
-!> press on each other, so that it counts the less the more cells there are, with weights that fall to 0 at both ends of that. Firm faces, between whole
-!> cells, neither give way nor swing: there those of the cell at the tip tell.
+!> The layer of interface points between faces (`hampm_interface_points`) is compliant, the material ahead of a tip is not:
+!> tractions in the last cells oscillate, which shifts K_II at any cell size. A tip is closed if the faces of some cells behind it
+!> overlap in the mean; the traction there, a line in the distance from the tip, is extrapolated to it by weighted least squares
+!> over half of the pressed faces, with weights that fall to 0 at both ends. Stiff faces between whole cells have no oscillation:
+!> there the tractions of the cell at the tip count. Sticking faces are no crack: K_II is at most that of the sliding behind the tip
+!> (`largest_intensity`), 0 without any; the sliding of each point is kept through changes of the mesh, apart from the compliance of
+!> the layer.
 !>
-!> Measured on 22 slanted cracks, 30 to 60 degrees, mu 0.07 to 0.59, 8, 16, 32 and 64 cells to the half-length, errors of K_II over K_II without
-!> friction, rms: of the interface points' own tractions 2 to 3 % throughout; of this 0.66, 0.46, 0.20 and 0.12 %, of the exact tractions 0.25, 0.13 and
-!> 0.10 % from 16 cells on; with the last 3, 4 and 6 cells replaced 0.16, 0.17 and 0.12 % in 64 cells; of a line without weights, 2 to 16 cells behind,
-!> 0.90, 0.53, 0.47 and 0.40 %.
-!>
-!> Faces that stick are no crack: the field at a tip is that of their sliding, and no tractions that friction bears make one. So K_II is at most what the
-!> faces behind the tip can have slid by (`largest_intensity`), and 0 where nothing has; what friction has let slide is kept point by point through changes
-!> of the mesh, apart from what the layer gives way by.
-!>
-!> What the layer gives way by across the faces is none of the crack: faces do not interpenetrate. J is without the work of the pressure
-!> in that (`work_at_tip`): of a split beam pressed together by 50 kPa it is 2.9 times K_II**2/E' with it.
+!> The compliance of the layer across the faces is no opening of the crack: J omits the work of the pressure in it (`work_at_tip`).
+!> With it J of a split beam pressed together by 50 kPa is 2.9 times K_II**2/E'.
 module hampm_closed_faces
    use hampm_kinds, only: dp, ndim
    use hampm_interface_points, only: interfaces_t, interface_point_t, contact, force_of, is_pressed, slid_in_all
@@ -28,11 +18,11 @@ module hampm_closed_faces
    private
    public :: closed_faces_t, sample_behind_tip
 
-   real(dp), parameter :: replaced = 5           !! cells behind the tip in which the interface points' own tractions are not taken
-   real(dp), parameter :: from = 2, to = 16      !! cells behind the tip between which they are fitted, or to half of the closed faces
-   real(dp), parameter :: sampled = 8            !! and up to which they tell whether the tip is closed
-   real(dp), parameter :: least = 1 - 1e-6_dp    !! cells of faces without which nothing is told; of cracks along grid lines they are whole numbers
-   real(dp), parameter :: for_line = 4 - 1e-6_dp !! and without which the tractions have a mean only
+   real(dp), parameter :: replaced = 5           !! cells behind the tip whose own tractions are not used
+   real(dp), parameter :: from = 2, to = 16      !! cells behind the tip of the fit, at the end or half of the closed faces
+   real(dp), parameter :: sampled = 8            !! and for the decision whether the tip is closed
+   real(dp), parameter :: least = 1 - 1e-6_dp    !! least cells of faces for any result; on grid lines whole numbers
+   real(dp), parameter :: for_line = 4 - 1e-6_dp !! and for a line instead of a mean
 
    !> Tractions behind a tip.
    type :: closed_faces_t
@@ -41,11 +31,11 @@ module hampm_closed_faces
       real(dp) :: direction(ndim) = 0            !! unit vector out of the crack
       real(dp) :: cell = 0                       !! size of the cells at the tip [m]
       real(dp) :: normal(ndim) = 0               !! of the line of the faces
-      real(dp) :: mean(ndim) = 0                 !! force by which the faces resist being parted, over their length [N/m]
+      real(dp) :: mean(ndim) = 0                 !! force against separation of the faces, over their length [N/m]
       real(dp) :: slope(ndim) = 0                !! its change with the distance behind the tip [N/m2]
       real(dp) :: middle = 0                     !! distance at which it is the mean [m]
       real(dp) :: compliance = 0                 !! of the layer, overlap of the faces for a force over their length [m2/N]
-      real(dp) :: swing(ndim) = 0                !! of what tractions bear beside the line, along the direction and across it [N]
+      real(dp) :: swing(ndim) = 0                !! deviation of tractions from the line, along the direction and across [N]
       real(dp) :: sliding = 0                    !! largest sliding of faces behind the tip over the root of their distance [m**0.5]
       real(dp) :: uncertainty_of_mean(ndim) = 0  !! of the mean by that [N/m]
       real(dp) :: uncertainty_of_slope(ndim) = 0 !! [N/m2]
@@ -61,7 +51,7 @@ module hampm_closed_faces
 
 contains
 
-   !> Look at the faces behind a tip.
+   !> Sample the faces behind a tip.
    pure function sample_behind_tip(interfaces, tip, direction, cell) result(faces)
       type(interfaces_t), intent(in) :: interfaces
       real(dp), intent(in) :: tip(ndim)          !! [m]
@@ -102,7 +92,7 @@ contains
          faces%mean = faces%mean + weight*force_of(interfaces%list(n))
          faces%slope = faces%slope + weight*r*force_of(interfaces%list(n))
       end do
-      if (.not. length > 0) then                 ! the faces end before: nothing is told
+      if (.not. length > 0) then                 ! the faces end before: no result
          faces%are_closed = .false.
          return
       end if
@@ -113,10 +103,10 @@ contains
       call find_uncertainties(faces, interfaces, last, length, max(square - length*faces%middle**2, length*cell**2))
    end function sample_behind_tip
 
-   !> How far the line may be off in nineteen of twenty cases. What the tractions t bear beside it, R = int (t - line) dr, swings about a mean with a deviation s.
-   !> By parts, a mean with weights w is off by int w' R dr/int w dr, and as R is another one in each cell of size h by
-   !> s sqrt(h int w'**2 dr)/int w dr; the slope is a mean with w times the distance from the middle, over the mean square of that. Where the line begins to
-   !> replace tractions it cuts R anywhere. Deviations of few cells, less two for the line, are those of Student's distribution.
+   !> 95 % uncertainty of the line. R = int (t - line) dr of the tractions t oscillates about a mean with a deviation s. By parts, a
+   !> mean with weights w has the error int w' R dr/int w dr; as R is independent in each cell of size h this is s sqrt(h int w'**2
+   !> dr)/int w dr. The slope is a mean with w times the distance from the middle, over its mean square. The line cuts R anywhere at
+   !> its beginning. Deviations of few cells, less two for the line, are those of Student's distribution.
    pure subroutine find_uncertainties(faces, interfaces, last, length, square)
       type(closed_faces_t), intent(inout) :: faces
       type(interfaces_t), intent(in) :: interfaces
@@ -151,7 +141,7 @@ contains
       faces%uncertainty_of_slope = faces%swing*sqrt(faces%cell*wave(2))/square
    end subroutine find_uncertainties
 
-   !> How far behind the tip an interface point between its faces is; below 0 for all others [m].
+   !> Distance of an interface point on the faces behind the tip; below 0 for all others [m].
    pure real(dp) function distance_of(self, point) result(r)
       class(closed_faces_t), intent(in) :: self
       type(interface_point_t), intent(in) :: point
@@ -164,7 +154,7 @@ contains
       end associate
    end function distance_of
 
-   !> Whether the traction at an interface point is that of the faces behind, continued.
+   !> Whether the extrapolated traction replaces that of an interface point.
    pure logical function has(self, point)
       class(closed_faces_t), intent(in) :: self
       type(interface_point_t), intent(in) :: point
@@ -175,7 +165,7 @@ contains
       end associate
    end function has
 
-   !> Change of the opening of the layer along the crack, by which it follows that traction [-].
+   !> Change of the opening of the layer along the crack for that traction [-].
    pure function slope_across(self) result(slope)
       class(closed_faces_t), intent(in) :: self
       real(dp) :: slope(ndim)
@@ -184,7 +174,7 @@ contains
       end associate
    end function slope_across
 
-   !> Work of that traction where the opening goes from that of the layer to none, at the tip [N].
+   !> Work of that traction on the closing of the layer at the tip [N].
    pure real(dp) function work_at_tip(self) result(work)
       class(closed_faces_t), intent(in) :: self
       work = 0
@@ -202,17 +192,17 @@ contains
       traction = self%mean + self%slope*(distance - self%middle)
    end function traction_at
 
-   !> The largest K_II that faces can have, as far as they have slid: 8 K_II/E' sqrt(r/(2 pi)) at the distance r [Pa sqrt(m)]. What the layer gives way by where friction holds
-   !> them is none of the crack, whatever tractions they bear.
+   !> The largest K_II for the sliding of the faces, 8 K_II/E' sqrt(r/(2 pi)) at the distance r [Pa sqrt(m)]. The compliance of the
+   !> layer, where friction holds faces, does not count, whatever their tractions.
    pure real(dp) function largest_intensity(self, modulus)
       class(closed_faces_t), intent(in) :: self
       real(dp), intent(in) :: modulus            !! E' [Pa]
       real(dp), parameter :: pi = acos(-1.0_dp)
-      real(dp), parameter :: beyond = 2          ! by which cells at a tip may have slid too little
+      real(dp), parameter :: beyond = 2          ! factor of too little sliding of cells at a tip
       largest_intensity = beyond*modulus/8*sqrt(2*pi)*self%sliding
    end function largest_intensity
 
-   !> By how much the line may be off there, along the direction and across it, in nineteen of twenty cases [N/m].
+   !> 95 % uncertainty of the line at a place, along the direction and across it [N/m].
    pure function uncertainty_at(self, distance) result(uncertainty)
       class(closed_faces_t), intent(in) :: self
       real(dp), intent(in) :: distance           !! behind the tip [m]

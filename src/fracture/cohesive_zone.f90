@@ -1,5 +1,5 @@
-!> Where the cohesive zone of a crack is. What has been cut and is held by cohesion lies between two tips: the mathematical one, where the cut ends, and
-!> the physical one, up to which damage is 1 all along. The tip of the crack is the physical one.
+!> Cohesive zones of cracks: the cut part held by cohesion, between the mathematical tip, the end of the cut, and the physical tip,
+!> up to which damage is 1. The tip of the crack is the physical one.
 module hampm_cohesive_zone
    use hampm_kinds, only: dp
    use hampm_cracks, only: cracks_t, last_point
@@ -65,7 +65,7 @@ contains
       opening = gap(1) + (gap(1) - gap(2))*half(1)/sum(half)
    end function root_opening
 
-   !> Say once where a zone is longer than the smallest disc around its tip: J leaves out what it takes beyond.
+   !> Warn once if a zone is longer than the smallest disc around its tip: J leaves out the dissipation beyond.
    pure subroutine check_zones(cracks, interfaces, message)
       type(cracks_t), intent(in) :: cracks
       type(interfaces_t), intent(in) :: interfaces

@@ -1,6 +1,6 @@
-!> What it takes to close a crack at rest: by how much the faces at pairs of nodes part by forces there, and the work that brings
-!> together again what the loads have parted. That work, over the area, is what the energy release rate has been while the crack
-!> grew there. So its change with the length of the crack is known too, from one mesh and one crack.
+!> Closing of a static crack: compliance of the faces at pairs of nodes, and the work that closes their separation by the loads.
+!> That work over the area is the energy release rate as the crack grew there, which gives its change with the length of the crack
+!> from one mesh.
 module hampm_condensation
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t, face_nodes, upper, lower
@@ -21,7 +21,7 @@ module hampm_condensation
       integer :: place = 0                       !! number of the pair
    end type parting_t
 
-   !> The partings at some pairs, and what unit forces on each of them do.
+   !> Separations at some pairs, and the response to unit forces on each.
    type :: condensation_t
       type(parting_t), allocatable :: parting(:)
       real(dp), allocatable :: moved(:, :, :)    !! displacement by a unit force on each [m/N], (ndim, n_points, partings)
@@ -33,8 +33,8 @@ module hampm_condensation
 
 contains
 
-   !> Find what closes the pairs that are so many cells behind each of some tips, numbered as they are given; `found` tells how many
-   !> of them are there, one after the other.
+   !> Find the closing of the pairs at some numbers of cells behind tips, in their order; `found`: number of pairs present, one
+   !> after the other.
    subroutine new_condensation(m, rest, tips, cells, u, condensation, found)
       type(problem_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: rest
@@ -68,8 +68,8 @@ contains
       end associate
    end subroutine new_condensation
 
-   !> Add the partings of the pair that is so many cells behind a tip, if it is there. Of quadratic cells the pair half a cell nearer to the tip
-   !> goes with it: both together close a cell. Faces that press on each other are closed: what they overlap by is that of the layer between them.
+   !> Add the separations of the pair at a number of cells behind a tip, if present. Of quadratic cells the pair half a cell nearer
+   !> to the tip is added: both together close a cell. Pressed faces are closed: their overlap is the compliance of the layer.
    subroutine add_pair(m, tip, cells, place, u, list)
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
@@ -100,7 +100,7 @@ contains
       end subroutine add
    end subroutine add_pair
 
-   !> By how much a displacement of the points parts a pair [m].
+   !> Separation of a pair by a displacement of the points [m].
    pure real(dp) function parting_by(at, u) result(parting)
       type(parting_t), intent(in) :: at
       real(dp), intent(in) :: u(:, :)            !! (ndim, n_points)
@@ -109,8 +109,8 @@ contains
       if (at%node(lower) > 0) parting = parting - dot_product(u(:, at%node(lower)), at%axis)
    end function parting_by
 
-   !> Close some pairs: the forces on all partings that do it [N], 0 on those of other pairs and on those that are held together
-   !> anyway, and their work by mode [J].
+   !> Close some pairs: the forces on all their separations [N], 0 on other pairs and on those held together by supports, and their
+   !> work by mode [J].
    subroutine close_pairs(self, places, force, work)
       class(condensation_t), intent(in) :: self
       integer, intent(in) :: places(:)           !! the pairs, by their numbers

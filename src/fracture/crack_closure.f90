@@ -1,4 +1,4 @@
-!> Energy release rate by crack closure: what the material around the tip transmits times what the faces behind it have parted.
+!> Energy release rate by crack closure: the force transmitted at the tip times the separation of the faces behind it.
 !> Mode 1 opens the faces, mode 2 slides them. On a symmetry plane there is no mode 2.
 module hampm_crack_closure
    use hampm_kinds, only: dp, ndim
@@ -21,13 +21,13 @@ module hampm_crack_closure
    private
    public :: crack_opening, path_opening, stress_closure, virtual_crack_closure
 
-   ! Integrals over a side of the functions of its ends and middle with each other: of the node behind, and half a cell behind, which close on the tip,
-   ! half a cell ahead and ahead
+   ! Integrals over a side of products of its shape functions, for ends and middle: of the node behind and half a cell behind, which
+   ! close on the tip, with those at the tip, half a cell ahead and ahead
    real(dp), parameter :: of_quadratic(2, 3) = reshape([4, 2, 2, 16, -1, 2], [2, 3])/30.0_dp
 
 contains
 
-   !> How far the faces have parted at their nodes `face`: opening and sliding of the upper against the lower one [m].
+   !> Opening and sliding of the upper against the lower face at their nodes `face` [m].
    pure function crack_opening(tip, face, problem, p) result(opening)
       type(crack_tip_t), intent(in) :: tip
       integer, intent(in) :: face(2)             !! `behind` or `mouth` of the nodes of the tip
@@ -46,10 +46,9 @@ contains
       opening = parted(tip, u)
    end function crack_opening
 
-   !> How far the faces of a path have parted at the point of it next to a place; 0 where there is no material on both sides [m].
-   !> Where cells meet there, those on one side of it tell, or the mean of both: so mirror images of a crack open alike. Where none is cut
-   !> there, the next that is, within half a cell. Particles on both sides tell, and of faces that press on each other interface points
-   !> by how much they overlap.
+   !> Opening of a path at its point next to a place; 0 without material on both sides [m]. Where cells meet, those on one side of
+   !> it are used, or the mean of both, so that mirror images open alike. Where none is cut, the next cut one within half a cell.
+   !> Sampled by particles on both sides; for pressed faces by the overlap of interface points.
    pure function path_opening(tip, x, toward, m, interfaces) result(opening)
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(in) :: x(ndim)            !! on the line of a crack, or near it, in the grid [m]
@@ -57,12 +56,12 @@ contains
       type(matter_t), intent(in) :: m
       type(interfaces_t), intent(in) :: interfaces
       real(dp) :: opening(modes)
-      real(dp), parameter :: beside = 1e-2_dp    ! cells; far more than faces are looked for beside the line (`faces_at`), or those of a
-                                                 ! crack at 45 degrees through an edge of cells would be sought on that edge
+      real(dp), parameter :: beside = 1e-2_dp    ! cells; well above the sampling distance beside the line (`faces_at`),
+                                                 ! as a crack at 45 degrees through an edge of cells needs
       real(dp) :: point(ndim), normal(ndim), along(ndim), axis(ndim, ndim), jump(ndim), at_points(ndim), across
       logical :: may_touch
-      real(dp), parameter :: rounding = 1e-9_dp  ! part of an opening: faces that are driven alike have none
-      integer, parameter :: steps = 8            ! a sixteenth of a cell each: a sliver without a sample (`hampm_cut_cells`) is not cut off
+      real(dp), parameter :: rounding = 1e-9_dp  ! part of an opening: faces with the same motion have none
+      integer, parameter :: steps = 8            ! sixteenths of a cell: a sliver without a sample (`hampm_cut_cells`) is uncut
       integer :: elements(faces), side, n, k
       opening = 0
       call m%grid%cut_cells%find_nearest(x, point, normal, tip%crack) ! at its end another one may be as near
@@ -92,7 +91,7 @@ contains
       if (tip%is_half()) opening = [2*opening(1), 0.0_dp]
    end function path_opening
 
-   !> At a kink of a line, make the normal of one of its parts that of both, the mean: which part is the first hangs on the way the line is given.
+   !> At a kink of a line, average the normals of both parts: the order of the parts must not matter.
    pure subroutine halve_kink(grid, line, point, cell, normal)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: line
@@ -111,10 +110,10 @@ contains
       if (norm(mean) > 0) normal = mean/norm(mean)
    end subroutine halve_kink
 
-   !> Opening and sliding from the displacements of the faces; that of a missing face is the mirror image of the other.
+   !> Opening and sliding from the displacements of the faces; a missing face is the mirror image of the other.
    pure function parted(tip, u) result(opening)
       type(crack_tip_t), intent(in) :: tip
-      real(dp), intent(in) :: u(ndim, 2)         !! of the upper and the lower face, 0 where there is none
+      real(dp), intent(in) :: u(ndim, 2)         !! of the upper and the lower face, 0 if absent
       real(dp) :: opening(modes)
       opening = matmul(u(:, upper) - u(:, lower), tip%axis(:, [2, 1]))
       if (tip%is_half()) opening = [2*opening(1), 0.0_dp]
@@ -122,11 +121,11 @@ contains
 
    !> G by stress closure, (12)-(14), of each mode: displacements of nodes (1) and (1') and stresses at nodes (2) and (3), each
    !> extrapolated with the mass matrix of the run [J/m2]. It tends to a constant times G as cells become small: the constant is
-   !> about 0.33 with the lumped and 0.52 with the full matrix, because the near-tip fields look alike at every cell size.
+   !> about 0.33 with the lumped and 0.52 with the full matrix, because the near-tip fields are alike at every cell size.
    !> `virtual_crack_closure` tends to G. Signed like the opening and the sliding. Fails where the equations cannot be solved.
    !>
-   !> It is the work over a cell, of tractions ahead of the tip on what the faces have parted as far behind it, over twice its length. On
-   !> quadratic cells both are the quadratic functions of three nodes of a side, of which the faces are together at the tip.
+   !> It is the work over a cell of tractions ahead of the tip on the separation as far behind it, over twice its length. On
+   !> quadratic cells both are quadratic functions of three nodes of a side; the faces are together at the tip.
    subroutine stress_closure(problem, factors, tip, p, extrapolation, rate, uncertainty, failure)
       type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: factors(:)
@@ -136,7 +135,7 @@ contains
       real(dp), intent(inout) :: rate(modes), uncertainty(modes)
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: u(:, :), displacement(:, :), traction(:, :)
-      real(dp) :: opening(modes, 2), closing(modes, 3) ! of the node behind and that half a cell behind; at the tip, half a cell ahead and ahead
+      real(dp) :: opening(modes, 2), closing(modes, 3) ! node behind and half a cell behind; tip, half a cell ahead and ahead
       integer :: i
       associate (grid => problem%grid, matrix => problem%fields%mass_matrix)
          allocate (displacement(ndim, grid%n_points), traction(ndim, grid%n_points))
@@ -193,15 +192,15 @@ contains
    end function tractions
 
    !> G by nodal force closure (Rybicki & Kanninen 1977) of each mode: the force that the tip node transmits from face to face
-   !> times what the faces have parted one cell behind it, over twice the area of that cell's face [J/m2]. Signed like the opening
-   !> and the sliding; between two materials, where each force does a part of its work on what the other opens, they are the works, whose sum is G.
+   !> times the separation of the faces one cell behind it, over twice the area of that cell's face [J/m2]. Signed like opening and
+   !> sliding; between two materials, where each force also works on the other opening, they are the works, with the sum G.
    !>
-   !> Quadratic cells have a node more in the middle of the side ahead of the tip, whose force closes what the node in the middle of the side
-   !> behind it has opened (Raju 1987).
+   !> Quadratic cells have a further node in the middle of the side ahead of the tip, whose force closes the opening of the node in
+   !> the middle of the side behind it (Raju 1987).
    !>
-   !> Where the faces carry tractions, these are uniform over the cell behind the tip: the face of the cell ahead, when the crack
-   !> opens it, brings as much to the tip node, and to that half a cell ahead, as that behind. With it G is that of the same crack without tractions on it that a
-   !> uniform stress opens, as superposition has it.
+   !> Tractions on the faces are taken as uniform over the cell behind the tip: the face of the cell ahead, once open, adds as much
+   !> to the tip node, and to the node half a cell ahead, as that behind. By superposition G is then that of the same crack without
+   !> tractions on its faces under a uniform stress.
    subroutine virtual_crack_closure(problem, factors, tip, p, extrapolation, rate, uncertainty, failure)
       type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: factors(:)
@@ -218,7 +217,7 @@ contains
 
    contains
 
-      !> Opening and sliding at nodes of the faces; what faces that press on each other overlap by is that of the layer between them [m].
+      !> Opening and sliding at nodes of the faces; the overlap of pressed faces is the compliance of their layer [m].
       pure function opening_at(face) result(opening)
          integer, intent(in) :: face(2)
          real(dp) :: opening(modes)
@@ -249,12 +248,11 @@ contains
       end function tractions_at
    end subroutine virtual_crack_closure
 
-   !> Force with which the material above the crack's line pulls, through a node at the tip, on that below it [N]: what it exerts on the
-   !> node beyond what moves its own part of the mass there,
+   !> Force of the material above the crack's line on that below it through a node at the tip [N]: its action on the node beyond the
+   !> inertia of its own part of the mass there,
    !>    m+ a = f+ - F,  m- a = f- + F   so   F = (m- f+ - m+ f-)/(m+ + m-),
-   !> whatever damping adds in proportion to the mass. On a symmetry plane, where a = 0 in the normal direction, it is the
-   !> reaction of the constraint, opposite to the internal force.
-   !> What acts on the node from outside is counted with the internal force of its side.
+   !> for any mass-proportional damping. On a symmetry plane, where a = 0 in the normal direction, it is the reaction of the
+   !> constraint, opposite to the internal force. External forces on the node count with the internal force of its side.
    pure function transmitted_force(tip, node, problem, p, applied) result(force)
       type(crack_tip_t), intent(in) :: tip
       integer, intent(in) :: node

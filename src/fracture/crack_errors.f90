@@ -1,4 +1,4 @@
-!> The estimated errors of what is measured at tips, before the first step.
+!> Estimated errors of tip values before the first step.
 module hampm_crack_errors
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -23,13 +23,13 @@ module hampm_crack_errors
    private
    public :: estimate_errors
 
-   !> Estimated error of an estimate by values that are extrapolated to nodes, over it, where nothing better is known: it is a third to a half of G.
+   !> Relative error of an estimate by values extrapolated to nodes, without a better bound: it is a third to a half of G.
    real(dp), parameter :: of_extrapolation = 2
 
 contains
 
-   !> Before the first step: estimate by which part of their values the chosen estimators are off at each tip, from what they find at rest. Where
-   !> material depends on the history, or a crack is not there yet, nothing is known of that.
+   !> Before the first step: estimate the relative errors of the chosen estimators at each tip, from the static solution. For
+   !> history-dependent material, or an absent crack, none is known.
    subroutine estimate_errors(problem, cracks, rest, extrapolation, values, failure)
       type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
@@ -123,7 +123,7 @@ contains
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: number              !! of the tip
       type(stiffness_t), intent(inout) :: rest   !! that was factorised for it
-      type(static_model_t), intent(in) :: model  !! at rest
+      type(static_model_t), intent(in) :: model  !! static
       type(mass_solver_t), intent(inout) :: extrapolation
       type(crack_values_t), intent(inout) :: values
       type(failure_t), intent(inout) :: failure
@@ -156,7 +156,7 @@ contains
             errors%intensity%relative = relative_errors(found%intensity, field(1)%typical_intensities(best), correction/2, own, &
                                                         merge(hardly, 10*hardly, problem%materials(tip%material)%isotropic))
             if (.not. problem%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
-            ! Between two materials what the cells have of each mode depends on their size, and the phase turns with it, as 2 epsilon or less
+            ! Between two materials the share of each mode depends on the cell size
             if (tip%phase_length > 0) errors%intensity%relative = &
                maxval(relative_errors([norm(found%intensity)], [norm(field(1)%typical_intensities([sum(best), 0.0_dp]))], &
                                       [sum(correction*best)/sum(best)]/2, own, hardly)) &
@@ -167,10 +167,10 @@ contains
       end associate
    end subroutine estimate_at_node
 
-   !> Estimate for a tip of a path: it acts somewhere near its place, so that J is that of a crack that is longer or shorter, and K what the
-   !> fields of the true place find around it; other tips near it are astray too. To this comes what the other cells lack.
+   !> Estimate for a tip of a path: it acts near its place, so that J is of a longer or shorter crack, K of the fields around the
+   !> true place; nearby tips have place errors too. The error of the other cells is added.
    !>
-   !> What K changes by as the tip acts at d ahead of where it is sought is d dK/da, less what it changes by as it is sought at d.
+   !> The change of K for a tip that acts at d ahead of the assumed place is d dK/da less the change of K evaluated at d.
    subroutine estimate_by_shifts(problem, tips, number, static_tips, values)
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tips(:)
@@ -242,7 +242,7 @@ contains
 
    contains
 
-      !> K and J of a displacement beside that at rest, with the tip sought at a place beside its own.
+      !> K and J of a displacement added to the static one, evaluated for a tip beside its own place.
       subroutine find(u, shift, k, j)
          real(dp), intent(in) :: u(:, :)         !! [m], (ndim, n_points)
          real(dp), intent(in) :: shift(ndim)     !! [m]

@@ -1,4 +1,4 @@
-!> What the history records of a crack: what is measured there, and the list of its columns.
+!> Values of a crack in the history: measurement, and the list of columns.
 module hampm_crack_measurements
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim
@@ -25,8 +25,8 @@ module hampm_crack_measurements
 
 contains
 
-   !> Measure, and find the energy release rate of both modes together, by the best of the chosen estimators [J/m2]; not allocated where none
-   !> is chosen. Fails where the nodal equations cannot be solved.
+   !> Measure, and find the energy release rate of all modes by the best of the chosen estimators [J/m2]; not allocated without any.
+   !> Fails if the nodal equations cannot be solved.
    subroutine measure_crack(problem, cracks, number, state, extrapolation, values, g, failure)
       type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
@@ -66,7 +66,7 @@ contains
       end associate
    end subroutine measure_crack
 
-   !> Follow the values that were measured last with their errors. What J and K differ by from domain to domain is an error too.
+   !> Update the errors of the last measured values. Differences of J and K between domains are errors too.
    !>
    !> The nodal force is off by what it differs by from the part of J of its mode, and by what that part is off: where cells have been divided in
    !> motion, particles may have stresses that no node feels. Without J nothing is known of that.
@@ -116,7 +116,7 @@ contains
       end associate
    end subroutine follow_values
 
-   !> The largest change of what each mode has of G by errors of K of any sign [-]: 1 where these are as large as K.
+   !> The largest change of the modes' shares of G by errors of K of any sign [-]: 1 if these are as large as K.
    pure real(dp) function error_of_shares(field, k, error) result(change)
       type(tip_field_t), intent(in) :: field
       real(dp), intent(in) :: k(modes), error(modes) !! [Pa sqrt(m)]
@@ -129,7 +129,7 @@ contains
       change = maxval([(abs(field%shares(k + off(:, i)) - field%shares(k)), i = 1, 4)])
    end function error_of_shares
 
-   !> Record what was measured. On a symmetry plane there is only mode I.
+   !> Record the measured values. On a symmetry plane there is only mode I.
    subroutine record_crack(material, tip, values, may_grow, history)
       type(material_t), intent(in) :: material   !! at the tip
       type(crack_tip_t), intent(in) :: tip

@@ -1,8 +1,7 @@
-!> The tip of a crack: where it is, what surrounds it, and the nodes around it in the present grid.
+!> The tip of a crack: its place, surroundings, and the nodes around it in the present grid.
 !>
-!> Its frame: direction 1 points out of the crack, direction 2 is 90 degrees to the left of it. The faces are the one towards
-!> direction 2, the upper one, and the one away from it, the lower one. On a symmetry plane there is one face; what is missing is
-!> its mirror image.
+!> Its frame: direction 1 points out of the crack, direction 2 is 90 degrees to the left of it. The upper face is on the side of
+!> direction 2, the lower face on the other. On a symmetry plane there is one face; the other is its mirror image.
 module hampm_crack_tip
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
@@ -43,16 +42,16 @@ module hampm_crack_tip
       logical :: has_ended = .false.             !! whether it has run to a surface or another crack: there is no tip any more
       logical :: has_no_domain = .false.         !! whether it runs to there and no domain of a cell is left around it
       logical :: may_close = .false.             !! whether interface points keep the faces from interpenetrating
-      real(dp) :: grown = 0                      !! how far it has moved since the start of the run, by growth in motion [m]
+      real(dp) :: grown = 0                      !! advance since the start of the run, by dynamic growth [m]
       real(dp) :: speed = 0                      !! at which it grows in motion [m/s]
-      integer :: material = 0                    !! number of the material in which it is now; with K of an interface of that above the crack
+      integer :: material = 0                    !! number of its material; with K of an interface of the one above the crack
       integer :: below = 0                       !! and of that below it
-      real(dp) :: phase_length = 0               !! at which K of an interface is; 0 where that is not measured [m]
-      logical :: has_layers = .false.            !! whether there are others within its radii, in layers along the crack: J has a meaning there,
-                                                 !! its parts and K have none
-      logical, allocatable :: ends_at(:)         !! by body: whether it is within the radii, of another material and no such layer, so that the
+      real(dp) :: phase_length = 0               !! reference length of K of an interface; 0 if not measured [m]
+      logical :: has_layers = .false.            !! whether its radii reach other materials in layers along the crack: J is valid,
+                                                 !! its parts and K are not
+      logical, allocatable :: ends_at(:)         !! by body: whether it is another material within the radii, no layer:
                                                  !! domains end where it begins; not allocated: none is
-      real(dp) :: to_other = huge(1.0_dp)        !! how far it is to the nearest of these [m]
+      real(dp) :: to_other = huge(1.0_dp)        !! distance to the nearest of these [m]
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending; none where that is not taken [m]
       type(tip_nodes_t) :: nodes
    contains
@@ -76,15 +75,15 @@ contains
       axis(:, 2) = quarter_turn(direction)
    end function frame_along
 
-   !> Which of the materials is that in which it is: of a graded body that of its place.
+   !> Number of its material; in a graded body at its place.
    pure integer function material_in(self, materials)
       class(crack_tip_t), intent(in) :: self
       type(material_t), intent(in) :: materials(:)
       material_in = self%material + materials(self%material)%slices_to(self%place)
    end function material_in
 
-   !> The part of G by which cells are off as another material begins near the tip [-]: they do not resolve the field between both. At 0.9 to 3 cells before
-   !> and behind seams across the crack, of materials three times as stiff and a third, J was off by 0.22, 0.06, 0.02 and 0.01 at 0.9, 1.1, 1.3 and 2 cells.
+   !> Relative error of G as another material begins near the tip [-]: cells do not resolve the field between. Across seams with
+   !> ratios of stiffness 3 and 1/3, J was off by 0.22, 0.06, 0.02 and 0.01 at 0.9, 1.1, 1.3 and 2 cells, before and behind.
    pure real(dp) function lost_before_other(self) result(part)
       class(crack_tip_t), intent(in) :: self
       part = min(1.0_dp, (self%nodes%spacing/max(self%to_other, tiny(part)**0.25_dp))**2/3)
@@ -140,8 +139,8 @@ contains
       if (.not. found) self%nodes = before
    end subroutine find_nodes
 
-   !> Find the cells at the tip of a path, the smallest of them, and whether it is inside one. The grid knows where a tip that the
-   !> material carries is; of others the points of the crack tell it, also where a step with growth is taken back.
+   !> Find the cells at the tip of a path, the smallest of them, and whether it is inside one. The grid has the place of a tip
+   !> carried by the material; other places are from the points of the crack, also when a step with growth is undone.
    pure subroutine find_cells(self, end, is_carried, grid)
       class(crack_tip_t), intent(inout) :: self
       type(end_leaf_t), intent(in) :: end        !! of the line of this crack in the grid
@@ -160,8 +159,8 @@ contains
       self%nodes%in_cell = end%leaf > 0
    end subroutine find_cells
 
-   !> The nodes of the faces at a place behind the tip, of the cells towards it: where the crack has a kink, cells behind that are of either face;
-   !> 0 where there is none.
+   !> Nodes of the faces at a place behind the tip, of the cells towards it: at a kink cells behind belong to either face; 0 if
+   !> there is none.
    pure function face_nodes(self, grid, x) result(nodes)
       class(crack_tip_t), intent(in) :: self
       type(grid_t), intent(in) :: grid
@@ -172,7 +171,7 @@ contains
       if (self%face(lower)) nodes(lower) = grid%node_at(x, self%axis(:, 1) - self%axis(:, 2))
    end function face_nodes
 
-   !> Keep what belongs to a tip; the materials around it follow from its place.
+   !> Save or restore the data of a tip; the materials around it follow from its place.
    subroutine archive_surroundings(tip, archive)
       type(crack_tip_t), intent(inout) :: tip
       class(archive_t), intent(inout) :: archive

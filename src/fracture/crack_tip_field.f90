@@ -1,27 +1,14 @@
-!> The singular fields at the tip of a crack in an elastic plane, which the stress intensity factors multiply (Sih, Paris & Irwin 1965), by the roots s_1
-!> and s_2 of Lekhnitskii's equation, and how G follows from these. Axes: the crack lies on the negative first axis and ends at the origin.
+!> Singular fields at a crack tip in an elastic plane, multiplied by the stress intensity factors (Sih, Paris & Irwin 1965), with
+!> the roots s_1, s_2 of Lekhnitskii's equation, and G. The crack lies on the negative first axis and ends at the origin. With the
+!> compliances a_ij in these axes, and Im s_1, Im s_2 > 0,
 !>
-!> With the compliances a_ij in these axes,
+!>    a_11 s**4 - 2 a_16 s**3 + (2 a_12 + a_66) s**2 - 2 a_26 s + a_22 = 0,   z(s) = x + s y,   w = (p, q),
+!>    p(s) = a_11 s**2 + a_12 - a_16 s,   q(s) = a_12 s + a_22/s - a_26,   and for unit K_I, K_II
+!>    u_i = sqrt(2/pi) Re[ (s_1 w_i(s_2) sqrt(z_2) - s_2 w_i(s_1) sqrt(z_1))/(s_1 - s_2) ],
+!>    u_i = sqrt(2/pi) Re[ (w_i(s_2) sqrt(z_2) - w_i(s_1) sqrt(z_1))/(s_1 - s_2) ].
 !>
-!>    a_11 s**4 - 2 a_16 s**3 + (2 a_12 + a_66) s**2 - 2 a_26 s + a_22 = 0,   Im s_1, Im s_2 > 0,
-!>    p(s) = a_11 s**2 + a_12 - a_16 s,   q(s) = a_12 s + a_22/s - a_26,   z(s) = x + s y,
-!>    u_i = sqrt(2/pi) Re[ (s_1 w_i(s_2) sqrt(z_2) - s_2 w_i(s_1) sqrt(z_1))/(s_1 - s_2) ]    of a unit K_I,   w = (p, q),
-!>    u_i = sqrt(2/pi) Re[ (w_i(s_2) sqrt(z_2) - w_i(s_1) sqrt(z_1))/(s_1 - s_2) ]             of a unit K_II.
-!>
-!> Both are divided differences of a function of s. Where s_1 and s_2 are nearly the same, they are its derivative in the middle between them: in an
-!> isotropic material, where both are i, the field of Williams (1957).
-!>
-!>    G = sum_mn K_m Y_mn K_n,   opening and sliding r behind the tip = 8 sqrt(r/(2 pi)) sum_n Y_mn K_n,
-!>
-!> in an isotropic material with Y = 1/E' times the unit matrix.
-!>
-!> Between two isotropic materials stress and opening oscillate (Williams 1959; Rice & Sih 1965; Rice 1988). With complex numbers, and K at a length l,
-!>
-!>    s_22 + i s_12 = K (r/l)**(i eps)/sqrt(2 pi r) ahead,   K = K_1 + i K_2,
-!>    2 mu u,1 = kappa f - g - 2 i y conj(f'),   2 mu u,2 = i (kappa f + g - 2 conj(f) + 2 i y conj(f')),   u = u_1 + i u_2,
-!>    f = p conj(K) (z/l)**(-i eps)/sqrt(2 pi z),   g = (1 - p) conj(K) (conj(z)/l)**(-i eps)/sqrt(2 pi conj(z)),
-!>    p = exp(-pi eps)/(2 cosh(pi eps)) above and 1 - p below,   2 pi eps = log((kappa/mu + 1/mu')/(kappa'/mu' + 1/mu)) of mu above and mu' below,
-!>    [u_2] + i [u_1] = 8 K sqrt(r/(2 pi)) (r/l)**(i eps)/((1 + 2 i eps) E* cosh(pi eps)),   Y = 1/(E* cosh(pi eps)**2),   2/E* = 1/E' + 1/E''.
+!> For nearly equal roots these divided differences become derivatives at their middle, isotropic, s = i: Williams (1957). G =
+!> sum_mn K_m Y_mn K_n, isotropic Y = I/E'; opening and sliding r behind the tip = 8 sqrt(r/(2 pi)) sum_n Y_mn K_n.
 module hampm_crack_tip_field
    use hampm_kinds, only: dp, ndim
    use hampm_material, only: material_t
@@ -35,18 +22,18 @@ module hampm_crack_tip_field
    integer, parameter :: modes = 2               !! opening (I) and in-plane shear (II)
    real(dp), parameter :: pi = acos(-1.0_dp)
 
-   !> Difference of the roots over their size below which they are taken as one: what the derivative misses is of its square, what
-   !> rounding leaves of the difference is epsilon over it.
+   !> Relative difference of roots below which they are taken as one: the error of the derivative is of its square, the rounding of
+   !> the difference epsilon over it.
    real(dp), parameter :: same = 3.0e-5_dp
 
-   real(dp), parameter :: same_rate = 1e-6_dp    !! well above what nearly equal roots of the field leave of rounding, 1e-10
+   real(dp), parameter :: same_rate = 1e-6_dp    !! well above the rounding of the field of nearly equal roots, 1e-10
 
    !> A tip in a material.
    type :: tip_field_t
       private
       complex(dp) :: root(2) = 0                 !! s_1 and s_2, both in the middle between them where they are nearly the same [-]
       logical :: apart = .false.                 !! whether they are not
-      complex(dp) :: w(ndim, modes, 2) = 0       !! w of each root, in mode I over s, times the factor of the mode, sqrt(2 pi) apart [1/Pa]
+      complex(dp) :: w(ndim, modes, 2) = 0       !! w of each root, mode I over s, times the mode's factor without sqrt(2 pi) [1/Pa]
       complex(dp) :: dw(ndim, modes) = 0         !! and its derivative with respect to the first [1/Pa]
       real(dp) :: compliance(n_voigt, n_voigt) = 0 !! a in the axes of the crack [1/Pa]
       real(dp) :: stiffness(n_voigt, n_voigt) = 0 !! its inverse [Pa]
@@ -60,7 +47,7 @@ module hampm_crack_tip_field
       ! Of a tip between two materials: on one side of it
       logical, public :: is_at_interface = .false.
       real(dp), public :: oscillation = 0        !! eps [-]
-      real(dp), public :: part_of_opening = 0.5_dp !! what this side has of the opening [-]
+      real(dp), public :: part_of_opening = 0.5_dp !! this side's part of the opening [-]
       real(dp) :: length = 1                     !! l [m]
       real(dp) :: part = 0.5_dp                  !! p [-]
       real(dp) :: kappa = 0                      !! (lambda + 3 mu)/(lambda + mu) in the plane [-]
@@ -122,11 +109,19 @@ contains
       field%rate(2, 2) = factors(2)*field%rate(2, 2)
    end subroutine let_run
 
-   !> The fields above and below a tip between two isotropic materials.
+   !> The fields above and below a tip between two isotropic materials, with oscillating stress and opening (Williams 1959; Rice &
+   !> Sih 1965; Rice 1988). In complex numbers, with K at a length l, mu above and mu' below,
+   !>
+   !>    s_22 + i s_12 = K (r/l)**(i eps)/sqrt(2 pi r) ahead,   K = K_1 + i K_2,   u = u_1 + i u_2,
+   !>    2 mu u,1 = kappa f - g - 2 i y conj(f'),   2 mu u,2 = i (kappa f + g - 2 conj(f) + 2 i y conj(f')),
+   !>    f = p conj(K) (z/l)**(-i eps)/sqrt(2 pi z),   g = (1 - p) conj(K) (conj(z)/l)**(-i eps)/sqrt(2 pi conj(z)),
+   !>    p = exp(-pi eps)/(2 cosh(pi eps)) above, 1 - p below,   2 pi eps = log((kappa/mu + 1/mu')/(kappa'/mu' + 1/mu)),
+   !>    [u_2] + i [u_1] = 8 K sqrt(r/(2 pi)) (r/l)**(i eps)/((1 + 2 i eps) E* cosh(pi eps)),
+   !>    Y = 1/(E* cosh(pi eps)**2),   2/E* = 1/E' + 1/E''.
    pure function new_interface_fields(above, below, direction, length) result(fields)
       type(material_t), intent(in) :: above, below
       real(dp), intent(in) :: direction(ndim)    !! unit vector out of the crack, above to the left of it
-      real(dp), intent(in) :: length             !! at which K is that of the stress [m]
+      real(dp), intent(in) :: length             !! reference length of K [m]
       type(tip_field_t) :: fields(2)
       real(dp) :: compliance(2)                  ! 1/E'
       fields = [new_tip_field(above, direction), new_tip_field(below, direction)]
@@ -143,8 +138,8 @@ contains
       fields%rate(2, 2) = fields%rate(1, 1)
    end function new_interface_fields
 
-   !> The roots in the axes of the material: with L = sqrt(a_22/a_11) and S = sqrt((2 a_12 + a_66)/a_11 + 2 L) they have the sum i S and
-   !> the product -L.
+   !> The roots in the axes of the material: with L = sqrt(a_22/a_11) and S = sqrt((2 a_12 + a_66)/a_11 + 2 L) their sum is i S and
+   !> their product -L.
    pure function roots_in_axes(a) result(root)
       real(dp), intent(in) :: a(n_voigt, n_voigt)
       complex(dp) :: root(2)
@@ -156,7 +151,7 @@ contains
       root = cmplx(0, s/2, dp) + [half, -half]
    end function roots_in_axes
 
-   !> The roots in axes from which those of the material are turned by an angle.
+   !> The roots in axes turned by an angle against the material's.
    pure function turned_roots(root, angle) result(turned)
       complex(dp), intent(in) :: root(2)
       real(dp), intent(in) :: angle              !! [degrees]
@@ -166,7 +161,7 @@ contains
       end associate
    end function turned_roots
 
-   !> Find what the displacement gradients have of the roots: w, divided by the difference of these where they are apart.
+   !> Find the factors of the displacement gradients: w of the roots, divided by their difference if they are distinct.
    pure subroutine find_factors(field)
       type(tip_field_t), intent(inout) :: field
       complex(dp) :: factor(modes)
@@ -189,8 +184,8 @@ contains
       end associate
    end subroutine find_factors
 
-   !> Displacement gradient for a unit stress intensity factor of a mode: of w_i z,j/sqrt(z) the divided difference, or the derivative with
-   !> its sign turned around [1/(Pa sqrt(m))].
+   !> Displacement gradient for a unit stress intensity factor of a mode: the divided difference of w_i z,j/sqrt(z), or the
+   !> derivative with opposite sign [1/(Pa sqrt(m))].
    pure function gradient(self, mode, x)
       class(tip_field_t), intent(in) :: self
       integer, intent(in) :: mode
@@ -206,7 +201,7 @@ contains
          return
       end if
       do k = 1, merge(2, 1, self%apart)
-         z = sqrt(cmplx(x(1) + real(self%root(k), dp)*x(2), aimag(self%root(k))*x(2), dp)) ! with the sign of a zero: it tells the face of the crack
+         z = sqrt(cmplx(x(1) + real(self%root(k), dp)*x(2), aimag(self%root(k))*x(2), dp)) ! a signed zero gives the face
          over_root(k) = conjg(z)/(real(z, dp)**2 + aimag(z)**2)
       end do
       f = self%w(:, mode, 1)*over_root(1)
@@ -221,11 +216,11 @@ contains
       end if
    end function gradient
 
-   !> Displacement gradient of a unit K of a mode of a tip that runs, of f = z**(-1/2) with z_k = x + i a_k y; with another power of z that of a field that is
-   !> its derivative, but for a factor.
+   !> Displacement gradient of a unit K of a mode of a running tip, for f = z**(-1/2) with z_k = x + i a_k y; for another power of z
+   !> of a field that is its derivative, up to a factor.
    pure function of_running(self, mode, more, x) result(gradient)
       class(tip_field_t), intent(in) :: self
-      integer, intent(in) :: mode, more          !! more: by how much the power is less than -1/2
+      integer, intent(in) :: mode, more          !! more: -1/2 less the power
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp) :: gradient(ndim, ndim)
       complex(dp) :: f(2), z
@@ -291,8 +286,8 @@ contains
       over_root = exp(cmplx(-0.5_dp, -self%oscillation, dp)*log(z/self%length))/sqrt(2*pi*self%length)
    end function over_root
 
-   !> Displacement gradient of a unit force over the thickness that acts on the tip along the crack, the faces being free: of w_i z,j/z the divided
-   !> difference, or the derivative (Lekhnitskii 1963). In an isotropic material its stress is -cos(theta)/(pi r) along the radius [m/N].
+   !> Displacement gradient of a unit force over the thickness on the tip along the crack, with free faces: the divided difference
+   !> of w_i z,j/z, or the derivative (Lekhnitskii 1963). Its isotropic stress is -cos(theta)/(pi r) along the radius [m/N].
    pure function gradient_of_force(self, x) result(gradient)
       class(tip_field_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! place, not the tip itself [m]
@@ -357,8 +352,8 @@ contains
       rate_of = dot_product(k, matmul(self%rate, k))
    end function rate_of
 
-   !> Whether one mode turns into the other: G has a part of both together where a crack lies across the axes of a material, and at an interface
-   !> both oscillate.
+   !> Whether modes are coupled: G has a mixed term if a crack lies across the axes of a material; at an interface both modes
+   !> oscillate.
    pure logical function modes_couple(self)
       class(tip_field_t), intent(in) :: self
       associate (y => self%rate)
@@ -366,18 +361,18 @@ contains
       end associate
    end function modes_couple
 
-   !> By how much the field is narrower across the crack than in isotropic material: the larger of the imaginary parts of the roots, as the field of each
-   !> is one of x + s y [-].
+   !> Narrowing of the field across the crack against isotropic material: the larger imaginary part of the roots, as the field of
+   !> each is one of x + s y [-].
    pure real(dp) function narrowing(self)
       class(tip_field_t), intent(in) :: self
       narrowing = maxval(aimag(self%root))
    end function narrowing
 
-   !> Stress intensity factors from the interactions 2 sum_n Y_mn K_n with the fields of a unit K of each mode, over any number [Pa sqrt(m)].
+   !> Stress intensity factors from the interactions 2 sum_n Y_mn K_n with fields of unit K, divided by `over` [Pa sqrt(m)].
    pure function intensities_of(self, interaction, over) result(k)
       class(tip_field_t), intent(in) :: self
       real(dp), intent(in) :: interaction(modes)
-      real(dp), intent(in) :: over               !! by which interactions are too large
+      real(dp), intent(in) :: over               !! factor in the interactions
       real(dp) :: k(modes)
       associate (y => self%rate)
          k = [y(2, 2)*interaction(1) - y(1, 2)*interaction(2), y(1, 1)*interaction(2) - y(1, 2)*interaction(1)] &
@@ -385,7 +380,7 @@ contains
       end associate
    end function intensities_of
 
-   !> Stress intensity factors in the ratio of some, of the size that goes with G, of whichever sign: rounding may be all that there is of it [Pa sqrt(m)].
+   !> Stress intensity factors with the ratio of given ones and the size of G, of any sign: k may be rounding alone [Pa sqrt(m)].
    pure function of_rate(self, k, g)
       class(tip_field_t), intent(in) :: self
       real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
@@ -395,8 +390,8 @@ contains
       if (self%rate_of(k) > 0) of_rate = k*sqrt(abs(g)/self%rate_of(k))
    end function of_rate
 
-   !> What each mode has of G, their sum being 1: the work of the tractions ahead of the tip across the crack on its opening, and of those
-   !> along it on its sliding. In an anisotropic material, where each K opens and slides the faces, one may be below 0.
+   !> Share of each mode in G, with the sum 1: work of the tractions across the crack on its opening, and along it on its sliding.
+   !> In an anisotropic material, where each K opens and slides the faces, one may be below 0.
    pure function shares(self, k) result(part)
       class(tip_field_t), intent(in) :: self
       real(dp), intent(in) :: k(modes)           !! not both 0 [Pa sqrt(m)]

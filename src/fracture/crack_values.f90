@@ -1,4 +1,4 @@
-!> What is measured at a tip of a crack, and G by the best of the chosen estimators.
+!> Values measured at a crack tip, and G by the best of the chosen estimators.
 module hampm_crack_values
    use hampm_kinds, only: dp
    use hampm_tensors, only: norm
@@ -13,16 +13,16 @@ module hampm_crack_values
    private
    public :: crack_values_t, best_t, new_crack_values, best_rate, keep_crack_values
 
-   !> Which columns a tip has, by what it was in at the start; where it comes to other material and they mean nothing, they are no numbers.
+   !> Columns of a tip, by its initial surroundings; where other material makes them invalid, they are NaN.
    type :: recorded_t
       logical :: intensities = .false.           !! K, and with them
       logical :: parts = .false.                 !! the parts of J, and T
       logical :: phase = .false.                 !! epsilon of an interface
-      logical :: near_and_far = .false.          !! J of the smallest and of the largest domain, in place of G, where material has a history
+      logical :: near_and_far = .false.          !! J of smallest and largest domain, not G, for history-dependent material
       logical :: by_fields = .false.             !! K by the fields of a tip that runs
    end type recorded_t
 
-   !> What was measured last; what the domain integral gives is 0 where it is not chosen.
+   !> Last measured values; those of the domain integral are 0 if it is not chosen.
    type :: crack_values_t
       type(estimate_t), allocatable :: estimates(:) !! of the chosen estimators, but the domain integral
       logical :: has_left_node = .false.         !! whether the material has carried the tip from the node that some need: they are no numbers then
@@ -31,18 +31,18 @@ module hampm_crack_values
       logical :: is_closed = .false.             !! whether faces behind the tip press on each other
       real(dp) :: domain(modes) = 0              !! energy release rates, the parts of J [J/m2]
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
-      real(dp) :: by_fields(modes) = 0           !! the same by the interaction integral alone; at a tip that grows it is beside that by J [Pa sqrt(m)]
+      real(dp) :: by_fields(modes) = 0           !! the same by the interaction integral, of growing tips beside J [Pa sqrt(m)]
       real(dp) :: oscillation = 0                !! epsilon at an interface [-]
-      real(dp) :: g_of_k = 0                     !! energy release rate that goes with these [J/m2]
-      real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains; of closed tips with all uncertainties [Pa sqrt(m)]
-      real(dp) :: uncertainty_of_j = 0           !! by what K and J differ at a closed tip [J/m2]
-      real(dp), allocatable :: j(:)              !! J integral of each domain, by the radii of the tip [J/m2]; none where it is not chosen
+      real(dp) :: g_of_k = 0                     !! energy release rate of these [J/m2]
+      real(dp) :: spread_of_k(modes) = 0         !! range over domains; of closed tips with all uncertainties [Pa sqrt(m)]
+      real(dp) :: uncertainty_of_j = 0           !! difference of K and J at a closed tip [J/m2]
+      real(dp), allocatable :: j(:)              !! J of each domain, by the radii of the tip [J/m2]; empty if not chosen
       real(dp), allocatable :: t_stress(:)       !! of each domain [Pa]; none where it is not asked for
       real(dp) :: uncertainty_of_t_stress = 0    !! by the tractions behind a closed tip [Pa]
       type(places_t) :: places                   !! of its domains
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
       real(dp) :: mouth(modes) = 0               !! the same at the mouth [m]
-      type(estimated_errors_t) :: errors         !! of what the domain integral gives
+      type(estimated_errors_t) :: errors         !! of the domain integral
       type(recorded_t) :: recorded
    contains
       procedure :: best
@@ -88,7 +88,7 @@ contains
       end associate
    end subroutine new_crack_values
 
-   !> G of both modes together by the estimator that is nearest to the truth of those that are chosen: at a tip inside a cell K is less off than J.
+   !> G of all modes by the most accurate of the chosen estimators: at a tip inside a cell K has less error than J.
    function best(self, tip, isotropic)
       class(crack_values_t), intent(in) :: self
       type(crack_tip_t), intent(in) :: tip
@@ -125,8 +125,8 @@ contains
       if (allocated(self%t_stress)) values%t_stress = factor*self%t_stress
    end function times
 
-   !> Whether G is above its own error, as far as that is measured and not expected of the cells: else it may be all error, as of faces that are closed. There
-   !> both J and what goes with K have to be.
+   !> Whether G is above its own measured error, without that expected of the cells: else it may be all error, as of closed faces.
+   !> Both J and G of K have to be.
    pure logical function is_above_error(self, tip)
       class(crack_values_t), intent(in) :: self
       type(crack_tip_t), intent(in) :: tip
@@ -136,12 +136,12 @@ contains
       is_above_error = best_rate(self, tip) > 0 .and. least > maxval(self%j) - minval(self%j) + self%uncertainty_of_j
    end function is_above_error
 
-   !> Whether loads press the faces at a tip on each other, or let them interpenetrate: K_I is below 0 by more than it may be off beside the other mode. Beside
-   !> layers, where K_I is none of that tip or depends on a length, the opening behind it is.
+   !> Whether loads press the faces at a tip, or make them interpenetrate: K_I is below 0 by more than its error beside the other
+   !> mode. With layers, where K_I is undefined or depends on a length, the opening behind it counts.
    pure logical function is_pressed(self, tip)
       class(crack_values_t), intent(in) :: self
       type(crack_tip_t), intent(in) :: tip
-      real(dp), parameter :: off = 0.02_dp       ! part of the other mode by which K_I may be astray
+      real(dp), parameter :: off = 0.02_dp       ! error of K_I as part of the other mode
       if (tip%has_layers) then
          is_pressed = -self%behind(1) > off*abs(self%behind(2))
       else
@@ -149,8 +149,8 @@ contains
       end if
    end function is_pressed
 
-   !> Estimated error of the T-stress [Pa]: what the domains differ by, the stress by the errors of K where the largest domain ends, and the part by which K
-   !> is off of T where there is K: a tension along the crack has T alone, which is uniform.
+   !> Estimated error of the T-stress [Pa]: the range over domains, the stress by the errors of K at the end of the largest domain,
+   !> and the error of T by K if there is K: a tension along the crack has T alone, which is uniform.
    pure real(dp) function error_of_t_stress(self, radii) result(error)
       class(crack_values_t), intent(in) :: self
       real(dp), intent(in) :: radii(:)           !! of the domains, ascending [m]
@@ -163,8 +163,8 @@ contains
       end associate
    end function error_of_t_stress
 
-   !> Energy release rate of both modes together by the domain integral: by K at a tip inside a cell, where that is less off than J, else
-   !> J [J/m2].
+   !> Energy release rate of all modes by the domain integral: by K at a tip inside a cell, where its error is less than J's, else J
+   !> [J/m2].
    pure real(dp) function best_rate(v, tip)
       class(crack_values_t), intent(in) :: v
       type(crack_tip_t), intent(in) :: tip
@@ -178,7 +178,7 @@ contains
       is_by_k = tip%nodes%in_cell .and. .not. tip%grown > 0 .and. (tip%phase_length > 0 .or. .not. tip%has_layers)
    end function is_by_k
 
-   !> Keep what the next errors need of the values so far.
+   !> Save or restore values for the next errors.
    subroutine keep_crack_values(values, archive)
       type(crack_values_t), intent(inout) :: values
       class(archive_t), intent(inout) :: archive

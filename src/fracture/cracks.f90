@@ -1,9 +1,9 @@
-!> The cracks of a run: they own where cracks are, and grid, refinement, integrals, measurements and checkpoints ask them. What the
-!> model says of cracks is read once, when a run is assembled.
+!> The cracks of a run: the owner of their places, queried by grid, refinement, integrals, measurements and checkpoints. The model's
+!> cracks are read once, at the assembly of a run.
 !>
-!> A crack is a polyline in the reference configuration. An end inside the material is a tip; an end that is none lies on the
-!> surface of the material or beyond it. Tips are numbered through: of the first crack first its last point, then its first point,
-!> if these are tips; then those of the next crack.
+!> A crack is a polyline in the reference configuration. An end inside the material is a tip; any other end lies on the surface of
+!> the material or beyond it. Tips are numbered through: of the first crack its last point, then its first point, if these are tips;
+!> then those of the next crack.
 module hampm_cracks
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_archive, only: archive_t
@@ -30,10 +30,10 @@ module hampm_cracks
       logical :: grows = .false.                 !! whether it does: then its tips are at nodes by chance only
       real(dp) :: mouth(ndim) = 0                !! where the opening at the mouth is measured, on the crack [m]
       real(dp) :: outside = 0                    !! length of its ends that are out of the material [m]
-      logical :: waits = .false.                 !! whether it is not there yet: its points are outside of the material, where nothing is cut
+      logical :: waits = .false.                 !! whether it is absent so far: its points are outside the material, without cuts
       real(dp), allocatable :: given(:, :)       !! of one that may appear: where it does, as a whole [m]
       real(dp) :: covered(2) = 0                 !! of the same: ways from and to which it is in the material [m]
-      real(dp) :: aside(ndim) = 0                !! by which its points are beside the grid as it waits [m]
+      real(dp) :: aside(ndim) = 0                !! offset of its points from the grid while it is absent [m]
       real(dp), allocatable :: places(:, :)      !! of the same: places along it around which cells refine as around a tip [m]
    contains
       procedure :: length
@@ -45,8 +45,8 @@ module hampm_cracks
       type(crack_tip_t), allocatable :: tips(:)
       type(region_t), allocatable :: regions(:)  !! where planes of solids are cracked
       type(front_t), allocatable :: fronts(:)    !! of these
-      real(dp) :: spacing = 0                    !! largest distance between points of a line that the material carries; 0 where lines
-                                                 !! stay, as the grid is that of the reference configuration [m]
+      real(dp) :: spacing = 0                    !! largest distance of points of a line that moves with the material; 0 if lines
+                                                 !! are fixed, as the grid is of the reference configuration [m]
    contains
       procedure :: list_tips
       procedure :: tip_places
@@ -126,7 +126,7 @@ contains
       allocate (tip%radii(0))
    end subroutine place_tip
 
-   !> Let a tip go on by a length, at an angle to the left of where it points to; straight on, no new point is made.
+   !> Extend a tip by a length, at an angle to the left of its direction; straight on, no new point is made.
    pure subroutine extend(self, number, length, angle)
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: number              !! of the tip
@@ -146,7 +146,7 @@ contains
       end associate
    end subroutine extend
 
-   !> Let a crack wait: it is not there but for what lies before the material, as in a notch, whose faces have no nodes in common then.
+   !> Deactivate a crack: only its part outside the material remains, as in a notch, whose faces then have no common nodes.
    pure subroutine hide(self, crack)
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: crack               !! its number
@@ -208,7 +208,7 @@ contains
       end do
    end subroutine place
 
-   !> Let a tip that grows in motion go on along the part of its crack that is bonded.
+   !> Advance a tip in dynamic growth along the bonded part of its crack.
    pure subroutine move_tip(self, number, way, lines)
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: number              !! of the tip
@@ -238,7 +238,7 @@ contains
       tip%direction = out/norm(out)
    end subroutine find_in_grid
 
-   !> Plan the way of a tip that grows in motion: the crack goes on from its last point to another one, and is bonded there.
+   !> Plan the path of a tip in dynamic growth: the crack extends from its last point to another one, and is bonded there.
    pure subroutine plan_way(self, number, to)
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: number              !! of the tip
@@ -282,8 +282,8 @@ contains
       call self%place(self%tips(number)%crack, points)
    end subroutine forget_way
 
-   !> The last point of the crack of a tip is at a surface or on another crack, and cells are cut so far beyond it. Where the tip has come to that it is
-   !> none any more.
+   !> The last point of the crack of a tip is at a surface or on another crack, with cells cut so far beyond it. A tip that has
+   !> reached it has ended.
    pure subroutine plan_end(self, number, beyond)
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: number              !! of the tip
@@ -332,8 +332,8 @@ contains
       end associate
    end subroutine turn
 
-   !> The places of the tips that there are in the grid, and those along cracks that may appear, so that these cut cells that are always the same
-   !> [m], (ndim, number).
+   !> Places of the present tips in the grid, and along nucleating cracks, so that these always cut the same cells [m], (ndim,
+   !> number).
    pure function tip_places(self) result(places)
       class(cracks_t), intent(in) :: self
       real(dp), allocatable :: places(:, :)
@@ -363,7 +363,7 @@ contains
       end do
    end function tip_places
 
-   !> The lines along which cells are cut, as they are at the start, with ends that are no tips going on straight.
+   !> Initial lines along which cells are cut; ends that are no tips are extended straight.
    pure function lines(self)
       class(cracks_t), intent(in) :: self
       type(line_t), allocatable :: lines(:)
@@ -414,8 +414,8 @@ contains
       more(:, n + 1) = points(:, size(points, 2))
    end function with_points_between
 
-   !> Find the cells and nodes around the tips in a grid: the nodes where a crack that does not grow ends at one, along a grid line, as long as it is
-   !> there. Fails where a crack on a symmetry plane has none.
+   !> Find cells and nodes around the tips in a grid: nodes if a crack that does not grow ends at one, along a grid line, while it
+   !> is there. Fails if a crack on a symmetry plane has none.
    subroutine find_nodes(self, grid, failure)
       class(cracks_t), intent(inout) :: self
       type(grid_t), intent(in) :: grid
@@ -436,7 +436,7 @@ contains
       end do
    end subroutine find_nodes
 
-   !> Keep where cracks are, and what surrounds their tips. When they are read, they are those that the model begins with.
+   !> Save or restore the places of cracks and the surroundings of their tips. On reading, they are the model's initial ones.
    subroutine archive_cracks(cracks, archive)
       type(cracks_t), intent(inout) :: cracks
       class(archive_t), intent(inout) :: archive

@@ -20,7 +20,7 @@ module hampm_domain_integral
    private
    public :: domain_integrals, shares_of_modes, sample_t, find_mean_slope, take_sample, interact
 
-   !> What a particle brings to the integrals, in the axes of the crack, which turn with the material: the first is its direction.
+   !> Contribution of a particle to the integrals, in the axes of the crack, the first along it, which turn with the material.
    type :: sample_t
       real(dp) :: volume                         !! reference volume [m3]
       real(dp) :: stress(ndim, ndim)             !! P, conjugate to the displacement gradient [Pa]
@@ -31,10 +31,10 @@ module hampm_domain_integral
       real(dp) :: outward(ndim)                  !! the direction of the radius, (e_R)_i
       real(dp) :: hoop_stress, hoop              !! P_33 [Pa], H_33 [-]
       real(dp) :: radial_slope                   !! u_R,1 [-]
-      real(dp) :: radial_constant                !! radial component of what c is of u,1, before it is turned back [-]
+      real(dp) :: radial_constant                !! radial component of c in u,1, before it is turned back [-]
       ! Of graded material
       logical :: is_graded = .false.
-      real(dp) :: bare_stress(ndim, ndim)        !! P, whatever the pressure on faces [Pa]
+      real(dp) :: bare_stress(ndim, ndim)        !! P without the pressure on faces [Pa]
       real(dp) :: energy_rate                    !! W,1 by its explicit dependence on the place [N/m3]
       real(dp) :: rate(ndim)                     !! gradient of the logarithm of the moduli [1/m]
       real(dp) :: free_rate(ndim, ndim)          !! change of the strain without stress along the crack [1/m]
@@ -50,42 +50,41 @@ contains
    !>    K = E'/(2 B) [ sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + rho d_i a_i,1 q } - sum_points f_i a_i,1 q ],
    !>    w = u,1 - c,
    !>
-   !> in the reference configuration, with rho d = div P, the displacement a and stress s of a unit K of the mode and f the force of the tractions on
-   !> the faces at a point. J holds for any
-   !> elastic law (Nakamura, Shih & Freund 1985), K for small strain (Yau, Wang & Corten 1980). The constant c has no part in the
-   !> integrals, but takes the rotation of the disc out of the errors of the sums. Where a law is for large rotations, all is turned back
-   !> by R, the rotation in the mean of F over the discs: F becomes R**T F, P becomes R**T P, and K is that of the small strain that
-   !> is left.
+   !> in the reference configuration, with rho d = div P, the displacement a and stress s of a unit K of the mode and f the force of
+   !> the tractions on the faces at a point. J holds for any elastic law (Nakamura, Shih & Freund 1985), K for small strain (Yau,
+   !> Wang & Corten 1980). The constant c has no part in the integrals, but removes the rotation of the disc from the errors of the
+   !> sums. For finite rotation all is turned back by R, the rotation of the mean F over the discs: F becomes R**T F, P becomes R**T
+   !> P, and K is of the remaining small strain.
    !>
-   !> In axisymmetric material, R being the radius and d = cos(e_1, e_R), V is that of rings and B the length of the front, and to the sums come
+   !> In axisymmetric material, with the radius R and d = cos(e_1, e_R), V is of rings, B the length of the front, and the sums add
    !>
    !>    J: P_33 (H_33 d - c_R) q/R - W d q/R,
    !>    K: { P_33 a_R,1 + s_iR w_i - P_iJ a_i,J d - s_33 (u_R,1 - H_33 d) } q/R,
    !>
-   !> the first as J is the derivative of the energy by the places of the rings, whose H_33 is u_R/r, where c q, as any displacement, does no work with stress in
-   !> balance; the second with the fields of plane strain for a and s, H_33 of a being 0, which are in balance in the plane, but in a ring are not.
+   !> the first as J is the derivative of the energy by the places of rings, H_33 = u_R/r, and c q does no work with balanced
+   !> stress; the second with fields of plane strain for a and s, H_33 of a being 0, which balance in the plane, not in a ring.
    !>
-   !> A tip that runs at v has the fields of such a tip (Freund 1990), whose stress is in balance with rho v**2 a,11. With m = min(1, r/r_0), r_0 where q is 1,
+   !> A tip with speed v has fields (Freund 1990) in balance with rho v**2 a,11. With m = min(1, r/r_0), r_0 where q is 1,
    !>
-   !>    K = E'/(2 A B) sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + m (rho d_i a_i,1 + rho v**2 a_i,11 w_i) q - rho v v_i a_i,1 m,1 },
+   !>    K = E'/(2 A B) sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1
+   !>                             + m (rho d_i a_i,1 + rho v**2 a_i,11 w_i) q - rho v v_i a_i,1 m,1 },
+   !> v_i without its mean over the discs: within r_0 the terms of q are the remainder of v_i = -v w_i, for which they cancel at
+   !> each place. At the tip each of them alone is as r**-2.
    !>
-   !> v_i without its mean over the discs: within r_0 the terms of q are what is left where v_i = -v w_i, in which they cancel each other at every
-   !> place. At the tip each of them alone is as r**-2.
-   !>
-   !> The terms (rho v**2/2) q,1 + rho v_i v_i,1 q of Nakamura, Shih & Freund are the derivative of rho v**2 q/2 along the crack: as long as
-   !> its tip rests their integral is 0, and what the sums leave of it is an error, in a body that flies one larger than J. They are left out.
+   !> The terms (rho v**2/2) q,1 + rho v_i v_i,1 q of Nakamura, Shih & Freund are the derivative of rho v**2 q/2 along the crack:
+   !> for a stationary tip their integral is 0, its numerical value an error, larger than J in a flying body. They are left out.
    subroutine domain_integrals(unturned, problem, factors, p, state, closed, places, j, k, k_uncertainty)
       type(tip_domain_t), intent(in) :: unturned !! `turn` is found here
       type(problem_t), intent(in) :: problem     !! its loads at their places in the grid; those that reach into a disc are on the
                                                  !! faces
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
-      type(particles_t), intent(in) :: p         !! that stand where those of the motion do
+      type(particles_t), intent(in) :: p         !! with the places of the motion's particles
       type(nodal_state_t), intent(in) :: state   !! of these particles
-      type(closed_faces_t), intent(in) :: closed !! what the faces behind a closed tip carry
-      type(places_t), intent(inout) :: places    !! of the last time: they are found anew where tip or mesh have changed
+      type(closed_faces_t), intent(in) :: closed !! tractions behind a closed tip
+      type(places_t), intent(inout) :: places    !! of the last time: found anew if tip or mesh have changed
       real(dp), intent(out) :: j(:)              !! [J/m2], by radius
       real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
-      real(dp), intent(out) :: k_uncertainty(:, :) !! by how much tractions behind a closed tip leave it uncertain, (modes, by radius)
+      real(dp), intent(out) :: k_uncertainty(:, :) !! uncertainty by tractions behind a closed tip, (modes, by radius)
       real(dp) :: by_closed(modes, size(unturned%radius)), c(ndim), carried(ndim), x(ndim), velocity(ndim)
       type(sample_t) :: s
       type(tip_domain_t) :: domain
@@ -127,7 +126,7 @@ contains
       j = (j + closed%work_at_tip())/domain%thickness
       do n = 1, size(j)
          k(:, n) = domain%field%intensities_of(k(:, n), domain%thickness)
-         if (closed%are_closed) j(n) = j(n) + by_closed(2, n)*k(2, n)/domain%thickness ! faces there slide as those of K_II do
+         if (closed%are_closed) j(n) = j(n) + by_closed(2, n)*k(2, n)/domain%thickness ! faces there slide as those of K_II
          k_uncertainty(:, n) = abs(domain%field%intensities_of(k_uncertainty(:, n), domain%thickness))
       end do
       if (domain%half) then
@@ -137,8 +136,8 @@ contains
       end if
    end subroutine domain_integrals
 
-   !> G_I and G_II [J/m2]: J shared as the fields of K_I and K_II share it, each signed like its K. In an isotropic material that is in
-   !> proportion to their squares, and their sizes add up to J, which converges faster than K does.
+   !> G_I and G_II [J/m2]: J shared as the fields of K_I and K_II share it, each signed like its K. In an isotropic material in
+   !> proportion to their squares, with sizes that sum to J, which converges faster than K.
    pure function shares_of_modes(field, j, k) result(g)
       type(tip_field_t), intent(in) :: field
       real(dp), intent(in) :: j                  !! [J/m2]
@@ -148,8 +147,8 @@ contains
       if (any(abs(k) > 0)) g = abs(j)*field%shares(k)*sign(1.0_dp, k)
    end function shares_of_modes
 
-   !> Turn of the material in the discs, none where all of it is for small turns, and what is left of the mean of u,1 when it is turned back, in the axes
-   !> of the crack [-]. On a symmetry plane there is a stress normal to it, so that only the component along it may be subtracted.
+   !> Rotation of the material in the discs, zero for laws of small rotation, and the mean of u,1 turned back by it, in the axes of
+   !> the crack [-]. On a symmetry plane the normal stress allows only the component along it to be subtracted.
    pure subroutine find_mean_slope(domain, materials, p, places, c)
       type(tip_domain_t), intent(inout) :: domain
       type(material_t), intent(in) :: materials(:)
@@ -182,7 +181,7 @@ contains
       if (domain%half) c(2) = 0
    end subroutine find_mean_slope
 
-   !> The velocity with which the material around a tip is carried along, the mean over the discs as c is that of u,1, in the axes of the crack [m/s].
+   !> Mean velocity of the material around a tip over the discs, as c is the mean of u,1, in the axes of the crack [m/s].
    pure function mean_velocity(domain, p, places) result(mean)
       type(tip_domain_t), intent(in) :: domain
       type(particles_t), intent(in) :: p
@@ -212,7 +211,7 @@ contains
       turned_back = slope + matmul(line, domain%turn)
    end function turned_back
 
-   !> Fields of a particle. The stress of a law for small turns is that of the gradient as it is, and turned back itself.
+   !> Fields of a particle. The stress of a law for small rotation is of the unrotated gradient, and turned back itself.
    pure subroutine take_sample(domain, grid, p, place, material, state, c, s)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
@@ -251,7 +250,7 @@ contains
          s%energy = material%energy_density(h, history, s%hoop)
          if (material%has_history) s%energy = s%energy + material%dissipation(h, history, s%hoop)
          s%divergence = material%density*domain%in_axes(divergence)
-         ! What is stored without a stress in the plane is the same in the disc: it has no part in J, but what the sums leave of it
+         ! Energy stored without stress in the plane is constant over the disc: it adds nothing to J but the error of the sums
          if (material%has_eigenstrain) s%energy = s%energy - material%idle_energy
          if (domain%is_ring) then
             s%hoop_stress = material%hoop_stress(h, history, s%hoop)
@@ -274,12 +273,12 @@ contains
       end associate
    end subroutine take_sample
 
-   !> Let a particle be as in a body whose faces carry no pressure: with the stress p I added, which does the work p trace(H), or p cof(F) and
-   !> p (det F - 1) where the pressure follows the faces.
+   !> Superpose p I on a particle, as in a body without pressure on faces: its work is p trace(H), or p cof(F) and p (det F - 1) if
+   !> the pressure follows the faces.
    pure subroutine take_off_pressure(domain, material, follows, h, turned, s)
       type(tip_domain_t), intent(in) :: domain
       type(material_t), intent(in) :: material
-      logical, intent(in) :: follows             !! whether it is on the faces as they are now, else as they were at first
+      logical, intent(in) :: follows             !! whether it acts on the present faces, else on the initial ones
       real(dp), intent(in) :: h(ndim, ndim), turned(ndim, ndim) !! displacement gradient, and turned back [-]
       type(sample_t), intent(inout) :: s
       real(dp) :: axes(ndim, ndim)
@@ -301,7 +300,7 @@ contains
       s%energy = s%energy + domain%pressure*s%hoop
    end subroutine take_off_pressure
 
-   !> Add what a particle contributes to B J of each disc.
+   !> Add a particle's contribution to B J of each disc.
    pure subroutine add_to_j(s, domain, radii, q, dq, j)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
@@ -323,8 +322,8 @@ contains
       end do
    end subroutine add_to_j
 
-   !> Add what a particle contributes to the interaction with the tip fields of unit K: 2 B/E' K of each disc, in an anisotropic material
-   !> 2 B sum_n Y_mn K_n.
+   !> Add a particle's contribution to the interaction with the tip fields of unit K: 2 B/E' K of each disc, in an anisotropic
+   !> material 2 B sum_n Y_mn K_n.
    pure subroutine add_to_interaction(s, domain, material, place, radii, q, dq, x, velocity, k)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
@@ -333,7 +332,7 @@ contains
       integer, intent(in) :: radii
       real(dp), intent(in) :: q(radii)           !! at the particle, by radius
       real(dp), intent(in) :: dq(ndim, radii)    !! its gradient [1/m]
-      real(dp), intent(in) :: x(ndim), velocity(ndim) !! of a tip that runs: from the tip [m], and less that with which all is carried along [m/s]
+      real(dp), intent(in) :: x(ndim), velocity(ndim) !! of a running tip: from the tip [m], and relative to the mean [m/s]
       real(dp), intent(inout) :: k(modes, radii)
       real(dp) :: flux(ndim), source             ! factors of q,J and of q
       integer :: mode, r
@@ -354,7 +353,7 @@ contains
       end do
    end subroutine add_to_interaction
 
-   !> The interaction of a particle with a field, whose faces are free, as if the material were that at the tip: by what q,J and q are multiplied in it.
+   !> Interaction of a particle with a field with free faces, in the material of the tip: the factors of q,J and q.
    pure subroutine interact(s, domain, material, a, stress_at_tip, flux, source)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
@@ -377,25 +376,25 @@ contains
                          *(s%radial_slope - s%hoop*s%outward(1)))/s%radius
    end subroutine interact
 
-   !> Add what faces that press on each other by interface points contribute to both integrals: the force f by which an interface point resists the opening,
-   !> times the change of that along the crack, f . [u],1 q for B J and f . [a],1 q for the interaction.
+   !> Add faces pressed on each other by interface points to both integrals: the force f of a point against the opening, times the
+   !> change of that along the crack, f . [u],1 q for B J and f . [a],1 q for the interaction.
    !>
-   !> What holds a cohesive zone ahead of the tip does not take part in the body: the integrals are to be those of a circle around the zone, so that its
-   !> faces count with q - 1. J is then what it takes from the body, wherever q is 1, and K what the body has around a zone that is short. The same holds of the cohesive
-   !> points that fail at a tip that grows, also beyond the disc, where q is 0: in motion they are some cells long, and discs may be as small.
+   !> Forces in a cohesive zone ahead of the tip are not of the body: the integrals are to be those of a circle around the zone, so
+   !> that its faces count with q - 1. J is then the energy taken from the body where q is 1, and K that of the body around a short
+   !> zone. The same holds for failing cohesive points at a growing tip, also beyond the disc, where q is 0: zones are some cells
+   !> long, as discs may be.
    !>
-   !> In the last cells the slope of a is largest, and the layer of interface points, which gives way where the tip does not, carries too little
-   !> and too much by turns. At a closed tip the traction there is that of the faces behind, continued, they slide as K_II has it, and the
-   !> layer follows that traction.
+   !> In the last cells the slope of a is largest, and the tractions of the compliant layer oscillate. At a closed tip the
+   !> extrapolated traction of the faces behind replaces them, faces slide by K_II, and the layer follows that traction.
    pure subroutine add_faces_on_interfaces(domain, interfaces, closed, total_frame, q, j, k, by_closed, k_uncertainty)
       type(tip_domain_t), intent(in) :: domain
       type(interfaces_t), intent(in) :: interfaces
       type(closed_faces_t), intent(in) :: closed
-      logical, intent(in) :: total_frame         !! whether interface points are where their faces were in the reference configuration
+      logical, intent(in) :: total_frame         !! whether interface points are at places of the reference configuration
       real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
       real(dp), intent(inout) :: j(:), k(:, :)
-      real(dp), intent(inout) :: by_closed(:, :) !! what of k is by faces behind a closed tip
-      real(dp), intent(inout) :: k_uncertainty(:, :) !! the uncertain part of what other tractions than the interface points' own make of k
+      real(dp), intent(inout) :: by_closed(:, :) !! part of k by faces behind a closed tip
+      real(dp), intent(inout) :: k_uncertainty(:, :) !! uncertain part of k by replaced tractions
       real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim), &
                   uncertainty(ndim)
       logical :: is_there, is_closed
@@ -439,7 +438,7 @@ contains
       end do
    end subroutine add_faces_on_interfaces
 
-   !> Add what the tractions of a load on the faces contribute to both integrals.
+   !> Add the tractions of a load on the faces to both integrals.
    pure subroutine add_loaded_faces(domain, grid, p, blocks, load, factor, q, c, j, k)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
@@ -472,9 +471,9 @@ contains
       end do
    end subroutine add_loaded_faces
 
-   !> u,1 on a face, beside a particle [-]. In a cell it is linear in the distance from the line of the crack, of quadratic cells quadratic in that
-   !> and linear along the crack, and is continued from the particles of the cell by least squares: near the tip that of the nearest particle would
-   !> be off by a constant part. Terms that they do not tell apart as far as the face is are left out.
+   !> u,1 on a face, beside a particle [-]. In a cell it is linear in the distance from the line of the crack, in quadratic cells
+   !> quadratic in that and linear along the crack, extrapolated from the particles of the cell by least squares: the value of the
+   !> nearest particle would have a constant error near the tip. Terms that they do not determine up to the face are left out.
    pure function slope_at_face(domain, grid, p, blocks, particle, offset) result(slope)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
@@ -527,15 +526,15 @@ contains
       end function terms_at
    end function slope_at_face
 
-   !> Mean of half of the change of sliding and of opening over a segment of the faces, which is a,1 of the upper face in one material, in the axes of the
-   !> crack [1/(Pa sqrt(m))]. A segment that ends at the tip begins there, whatever rounding says: the opening there goes as the root of the distance.
+   !> Mean of half of the change of sliding and opening over a segment of the faces, a,1 of the upper face in one material, in crack
+   !> axes [1/(Pa sqrt(m))]. Segments that end at the tip begin exactly there: the opening is as the root of the distance.
    pure function mean_slope_of_face(domain, mode, r, half) result(mean)
       type(tip_domain_t), intent(in) :: domain
       integer, intent(in) :: mode
       real(dp), intent(in) :: r                  !! distance of its middle behind the tip [m]
       real(dp), intent(in) :: half               !! half of its length [m]
       real(dp) :: mean(ndim)
-      real(dp), parameter :: same = 1e-9_dp      ! part of a segment that is none
+      real(dp), parameter :: same = 1e-9_dp      ! part of a segment that counts as none
       real(dp) :: near, far
       integer :: d
       near = r - half - domain%tip_offset_of(mode)

@@ -13,12 +13,12 @@ module hampm_estimated_errors
    !> shift in time is an error of the size of its neighbours.
    real(dp), parameter :: floor_of_values = 0.1_dp
 
-   !> Part of what is corrected by which the correction may itself be wrong: how much too short a crack is depends on the
-   !> particles a cell, Poisson's ratio and the plane condition, from 0.20 to 0.30 cells, and the correction is that of 0.21.
+   !> Relative uncertainty of the correction: how much too short a crack is depends on particles a cell, Poisson's ratio and plane
+   !> condition, from 0.20 to 0.30 cells, and the correction is for 0.21.
    real(dp), parameter :: uncertainty = 0.35_dp
 
-   !> K of a mode over that of the other, below which it is hardly there: what closing the crack tells of it is next to rounding. Of energy release
-   !> rates the square of that.
+   !> K of a mode over that of the other below which it is nearly absent: its crack closure is next to rounding. For energy release
+   !> rates the square of it.
    real(dp), parameter :: hardly = 1.0e-3_dp
 
    integer, parameter :: most_recent = 16        !! samples that are kept
@@ -40,7 +40,7 @@ module hampm_estimated_errors
       real(dp) :: now = 0                        !! of the latest value, in the unit of the column
    end type error_t
 
-   !> Those of all columns.
+   !> Errors of all columns.
    type :: estimated_errors_t
       type(error_t) :: domain(modes)
       type(error_t) :: intensity(modes)
@@ -48,7 +48,7 @@ module hampm_estimated_errors
       real(dp) :: of_rate = 0                    !! now, of G by K [J/m2]
       logical :: are_known = .false.             !! whether there are any
       logical :: by_mode = .false.               !! whether each mode has an error of its own
-      real(dp) :: of_tip = 1                     !! part of the estimate that goes with the cells at the tip [-]
+      real(dp) :: of_tip = 1                     !! part of the estimate due to the cells at the tip [-]
       real(dp) :: cell = 0                       !! size of these at the start [m]
    contains
       procedure :: with_cells
@@ -56,13 +56,13 @@ module hampm_estimated_errors
 
 contains
 
-   !> The relative errors of columns that are `value` at rest where `best` is thought to be right, but for the part `correction` of it.
-   !> A mode that is hardly there at rest, as best known or as a value, has the relative error of the other. Where values are as good as
-   !> what `best` corrects, which is itself extrapolated along the crack, each may lack all of the correction.
+   !> Relative errors of columns that are `value` in the static solution against the estimate `best`, up to its part `correction`. A
+   !> nearly absent mode, in `best` or as a value, has the relative error of the other. For values as good as the basis of `best`,
+   !> itself extrapolated along the crack, each may lack all of the correction.
    pure function relative_errors(value, best, correction, are_exact, least) result(relative)
       real(dp), intent(in) :: value(:), best(:)  !! by mode, in the unit of the column; only their sizes count
-      real(dp), intent(in) :: correction(:)      !! by how much the estimate corrects `best`, over it [-]
-      logical, intent(in) :: are_exact           !! whether values are but for the correction, as of quadratic cells
+      real(dp), intent(in) :: correction(:)      !! relative correction of `best` in the estimate [-]
+      logical, intent(in) :: are_exact           !! whether values are exact up to the correction, as of quadratic cells
       real(dp), intent(in) :: least              !! of a mode that is there, over the other [-]
       real(dp) :: relative(size(value))          !! [-]
       logical :: there(size(value))
@@ -130,7 +130,7 @@ contains
       error%now = error%now + scatter
    end subroutine follow
 
-   !> By how much the relative errors of the start change with the cells at the tip [-].
+   !> Factor of the initial relative errors with the present cells at the tip [-].
    pure real(dp) function with_cells(self, cell) result(scale)
       class(estimated_errors_t), intent(in) :: self
       real(dp), intent(in) :: cell               !! [m]
@@ -138,7 +138,7 @@ contains
       if (self%cell > 0) scale = 1 - self%of_tip*(1 - cell/self%cell)
    end function with_cells
 
-   !> Keep what the next errors need of the values so far.
+   !> Save or restore values for the next errors.
    subroutine archive_errors(errors, archive)
       type(estimated_errors_t), intent(inout) :: errors
       class(archive_t), intent(inout) :: archive
@@ -153,7 +153,7 @@ contains
       call archive%serialise('errors_by_mode', errors%by_mode)
    end subroutine archive_errors
 
-   !> Keep those of the columns of an estimator.
+   !> Save or restore the errors of the columns of an estimator.
    subroutine archive_column(errors, name, archive)
       type(error_t), intent(inout) :: errors(modes)
       character(*), intent(in) :: name

@@ -1,4 +1,4 @@
-!> The table of estimators of the energy release rate. Where several are chosen G is that of the first of them here.
+!> The table of estimators of the energy release rate. G is by the first chosen one in its order.
 module hampm_estimators
    use hampm_crack_closure, only: virtual_crack_closure, stress_closure
    use hampm_estimator, only: estimator_t

@@ -1,18 +1,14 @@
-!> The energy release rate of a model at rest, and how far off it is on the mesh of the run: an estimate before the first step, in
-!> docs/explanation/energy_release_rate.md with the specimens on which it was tried.
+!> Energy release rate of a static model, and its estimated error on the mesh of the run before the first step; specimens in
+!> docs/explanation/energy_release_rate.md.
 !>
-!> How a crack at rest changes as its tips move on: the derivative of the displacement by the place of each tip, from one solution for each with
-!> the stiffness that is factorised.
-!>
-!> The cells and all that is in them are moved with v = q e, e being the direction of the tip, q 1 around it and 0 from the largest disc of its
-!> integrals on. With M = I + a grad v the stiffness is that of the gradients grad u M**-1 in the volumes det M dV, and as K u = f holds for each
-!> a, with loads that stay where they are,
+!> The derivative of the displacement by the place of each tip takes one solution each with the factorised stiffness. All material
+!> moves with v = q e, e being the direction of the tip, q 1 around it and 0 beyond the largest disc. With M = I + a grad v the
+!> stiffness is that of the gradients grad u M**-1 in the volumes det M dV; since K u = f for each a, with loads at fixed places,
 !>
 !>    K du/da = -K' u,   (K' u) . w = int { C : (-H G) + s div v - s G**T } : grad w dV,   H = grad u, G = grad v, s = C : H.
 !>
-!> In axisymmetric material H_33 = u_r/r, G_33 = v_r/r and the same of w are components of these gradients.
-!>
-!> Around the tip nothing is strained by v: there du/da is the change at places that move with the tip. Source: Lin & Abel (1988).
+!> In axisymmetric material H_33 = u_r/r, G_33 = v_r/r and w_r/r are components of these gradients. Around the tip v causes no
+!> strain: there du/da is the change at places that move with the tip. Source: Lin & Abel (1988).
 module hampm_expected_error
    use hampm_kinds, only: dp, ndim
    use hampm_condensation, only: condensation_t, new_condensation
@@ -35,17 +31,17 @@ module hampm_expected_error
    public :: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, find_static_tips, &
              error_by_lengths, place_of_tip, tip_zone, lost_by_locking, disc_of_shifts
 
-   !> A model at rest under its loads at their largest, scaled down to small gradients.
+   !> A static model under its largest loads, scaled down to small gradients.
    type :: static_model_t
       logical :: known = .false.
-      real(dp) :: scale = 1                      !! by which these loads are scaled [-]
+      real(dp) :: scale = 1                      !! scale of these loads [-]
       real(dp) :: energy = 0                     !! half of the work of the forces [J]
       real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
       real(dp), allocatable :: acceleration(:, :) !! of them, where nothing holds the material as a whole [m/s2], (ndim, n_points)
-      type(free_motions_t), private :: free      !! by which it moves then
+      type(free_motions_t), private :: free      !! its rigid-body modes then
    end type static_model_t
 
-   !> And what changes there as its tips move.
+   !> The model, and its change with the places of its tips.
    type, extends(static_model_t) :: static_tips_t
       real(dp), allocatable :: moved(:, :, :)    !! its derivative by the way of each tip [-], (ndim, n_points, tips)
    end type static_tips_t
@@ -56,16 +52,16 @@ module hampm_expected_error
    !> Unknowns of the largest problem that is solved: it takes about a gigabyte.
    integer, parameter :: most_unknowns = 500000
 
-   !> By how much the crack of the cells is too short, in cells at the tip, by mode: short + by_stiffness x/(1 + x/stiff), x = lambda/mu of the
-   !> plane, as nearly incompressible cells are too stiff, and more so where they slide. With 2 by 2 particles a cell, a centre crack of 28 cells (up
-   !> to 0.45: 12) in plane strain has J as if it were short by 0.21, 0.29, 0.56, 1.8 and 4.3 cells in mode I with Poisson's ratio 0.3, 0.45, 0.49,
-   !> 0.499 and 0.4999, by 0.33, 0.58, 1.3, 4.2 and 8.5 in mode II; the nodal force lacks less by up to a ninth, with 4 by 4 particles both lack a
-   !> ninth more.
+   !> Shortness of the crack of the cells, in cells at the tip, by mode: short + by_stiffness x/(1 + x/stiff), x = lambda/mu of the
+   !> plane, as nearly incompressible cells are too stiff, more so in sliding. With 2 by 2 particles a cell, a centre crack of 28
+   !> cells (up to 0.45: 12) in plane strain has J as if short by 0.21, 0.29, 0.56, 1.8 and 4.3 cells in mode I with Poisson's ratio
+   !> 0.3, 0.45, 0.49, 0.499 and 0.4999, by 0.33, 0.58, 1.3, 4.2 and 8.5 in mode II; the nodal force lacks up to a ninth less; with
+   !> 4 by 4 particles both lack a ninth more.
    real(dp), parameter :: short(modes) = [0.205_dp, 0.275_dp], by_stiffness(modes) = [0.0079_dp, 0.028_dp], &
                           stiff(modes) = [400, 200]
 
-   !> Radius around the tip, in cells there, within which the error is that of the shortness. Middles of cells are at round distances from many tips, on one side
-   !> of it by rounding.
+   !> Radius around the tip, in cells there, of the error by shortness. Middles of cells are at round distances from many tips, on
+   !> either side by rounding.
    real(dp), parameter :: tip_zone = 3 + 1e-6_dp
 
    real(dp), parameter :: most_level = 0.9_dp    !! part of the largest disc of a tip in which cells go with it, and do not change their shape
@@ -77,8 +73,8 @@ module hampm_expected_error
    !> And a crack in it.
    type, extends(static_model_t) :: static_crack_t
       real(dp) :: g(modes) = 0                   !! energy release rate of the cells [J/m2]
-      real(dp) :: by_tip(modes) = 0              !! what it lacks as their crack is too short [J/m2]
-      real(dp) :: by_cells(modes) = 0            !! what it lacks by the cells away from the tip [J/m2]
+      real(dp) :: by_tip(modes) = 0              !! deficit by the shortness of their crack [J/m2]
+      real(dp) :: by_cells(modes) = 0            !! deficit by the cells away from the tip [J/m2]
    contains
       procedure :: best
       procedure :: correction
@@ -87,15 +83,15 @@ module hampm_expected_error
 
 contains
 
-   !> What G is thought to be, by mode [J/m2]. Where the corrections would leave next to nothing of it, they are errors of its size.
+   !> Estimate of G, by mode [J/m2]. If the corrections would leave next to nothing of it, they are errors of its size.
    pure function best(self)
       class(static_crack_t), intent(in) :: self
       real(dp) :: best(modes)
-      real(dp), parameter :: least = 0.1_dp      ! of what was found
+      real(dp), parameter :: least = 0.1_dp      ! part of the found value
       best = max(self%g + self%by_tip + self%by_cells, least*self%g, tiny(1.0_dp))
    end function best
 
-   !> By how much that is corrected, over it, by mode; of a mode that is hardly there as of both together [-].
+   !> Relative correction, by mode; of a nearly absent mode that of both together [-].
    pure function correction(self)
       class(static_crack_t), intent(in) :: self
       real(dp) :: correction(modes)
@@ -105,14 +101,14 @@ contains
       end associate
    end function correction
 
-   !> Part of the corrections that is that of the tip [-].
+   !> Part of the corrections due to the tip [-].
    pure real(dp) function part_of_tip(self) result(part)
       class(static_crack_t), intent(in) :: self
       part = sum(abs(self%by_tip))/max(sum(abs(self%by_tip) + abs(self%by_cells)), tiny(1.0_dp))
    end function part_of_tip
 
-   !> Relative error of G where nothing is known but lengths [-]: of tips that are by the shortness too far back, with G as (a**2)
-   !> of a beam of length a and as (b**-3) of a ligament b that is bent, whichever way the loads are.
+   !> Relative error of G from lengths alone [-]: for tips too far back by the shortness, with G as (a**2) of a beam of length a and
+   !> as (b**-3) of a bent ligament b, for any loads.
    pure real(dp) function error_by_lengths(m, tip, mouth) result(relative)
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
@@ -132,11 +128,11 @@ contains
       end associate
    end function error_by_lengths
 
-   !> Find one of all tips, which are at nodes, of a model at rest. `known` is false where that is not, where its crack has less than two
-   !> nodes behind the tip, and where nothing opens it.
+   !> Find the values of one of all tips at nodes of a static model. `known` is false if the model is not known, if its crack has
+   !> less than two nodes behind the tip, and if nothing opens it.
    subroutine find_static_crack(m, rest, model, all_tips, number, thickness, crack)
       type(problem_t), intent(in) :: m
-      type(stiffness_t), intent(inout) :: rest   !! by which it was found
+      type(stiffness_t), intent(inout) :: rest   !! factorised for it
       type(static_model_t), intent(in) :: model
       type(crack_tip_t), intent(in) :: all_tips(:)
       integer, intent(in) :: number              !! of the tip
@@ -176,15 +172,15 @@ contains
       if (crack%known) call find_far_error(m, tips, condensation, to_g, crack)
    end subroutine find_static_crack
 
-   !> Solve for rest under all loads, scaled to small gradients, of material that nothing holds beside its motion as a whole, which is not known where
-   !> they all act on what is held or do no more than that, and where there are too many unknowns. Faces in contact are free where they part, with
-   !> friction they hold where they do not.
+   !> Static solution under all loads, scaled to small gradients, with free rigid-body modes; not known if all loads act on supports
+   !> or do no more than that, and for too many unknowns. Contacting faces are free where they separate, and hold with friction
+   !> where they do not.
    subroutine find_equilibrium(m, rest, model)
       type(problem_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: rest   !! that is factorised
       type(static_model_t), intent(out) :: model
       real(dp), allocatable :: force(:, :)
-      real(dp), parameter :: nothing = 1.0e-10_dp !! what rounding leaves of forces beside them
+      real(dp), parameter :: nothing = 1.0e-10_dp !! rounding of forces, as part of them
       type(interfaces_t) :: before
       real(dp) :: largest                        ! [N]
       logical :: is_new
@@ -198,7 +194,7 @@ contains
       largest = maxval(abs(force))
       call find_free_motions(m, model%free)
       call take_inertia(model%free, force, model%acceleration)
-      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force) ! hanging nodes are held where their masters are
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force) ! hanging nodes are held with their masters
       model%known = maxval(m%constraints%free*abs(force)) > nothing*max(largest, maxval(abs(force)))
       do turn = 1, most_turns
          if (model%known) call new_stiffness(m, most_unknowns, rest, model%known, kind_at_rest(m, model%free%rigid_constraints))
@@ -262,11 +258,11 @@ contains
       end associate
    end subroutine add_eigenstrains
 
-   !> Scale a displacement to small gradients: only ratios are asked for, and laws and positions are to be those of small strain.
+   !> Scale a displacement to small gradients: only ratios matter, with laws and positions of small strain.
    subroutine make_small(m, u, scale)
       type(problem_t), intent(in) :: m
       real(dp), intent(inout) :: u(:, :)         !! [m], (ndim, n_points)
-      real(dp), intent(out) :: scale             !! by which that is multiplied [-]
+      real(dp), intent(out) :: scale             !! factor of the displacement [-]
       real(dp), parameter :: small = 1.0e-7_dp
       real(dp) :: largest
       integer :: i
@@ -279,7 +275,7 @@ contains
       u = u*scale
    end subroutine make_small
 
-   !> Cells by which the crack of the cells is too short, by mode [-]. Of quadratic cells it is the tip offset of K.
+   !> Shortness of the crack of the cells, in cells by mode [-]. For quadratic cells the tip offset of K.
    pure function shortness_of(m, tip) result(shortness)
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
@@ -293,8 +289,8 @@ contains
       end associate
    end function shortness_of
 
-   !> How far from its place a tip may act, by mode [cells]: at a node behind it, by the shortness, which is known to a part; inside a cell anywhere
-   !> within so far.
+   !> Place error of a tip, by mode [cells]: at a node behind it, the uncertain part of the shortness; inside a cell anywhere within
+   !> this distance.
    pure subroutine place_of_tip(m, tip, of_j, of_k)
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
@@ -311,13 +307,13 @@ contains
       of_k = cells*astray_of_k
    end subroutine place_of_tip
 
-   !> By which part of it G may be more than what cells tell that lock: nearly incompressible bilinear cells resist changes of their volume that their
-   !> functions cannot avoid. Without the part p of the energy that these take the body gives way by 1/(1 - p) at least, and more where it locks
-   !> more; the square of that is taken. Cells of a ratio so near 0.5 that they hardly change their volumes any more do not tell: no more than the moduli of volume
-   !> and shape differ by is known then [-]. 0 below the ratio from which on a run warns of it.
+   !> Relative deficit of G by locking: nearly incompressible bilinear cells resist volume changes that their functions cannot
+   !> avoid. Without the part p of the energy that these take the compliance grows by 1/(1 - p) at least, and more with more
+   !> locking; its square is taken. Cells at a ratio so near 0.5 that their volumes hardly change do not show it: only the ratio of
+   !> bulk and shear modulus bounds it then [-]. 0 below the ratio from which a run warns.
    pure real(dp) function lost_by_locking(m, u, energy) result(lost)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: u(:, :)            !! at rest [m], (ndim, n_points)
+      real(dp), intent(in) :: u(:, :)            !! static [m], (ndim, n_points)
       real(dp), intent(in) :: energy             !! [J]
       real(dp), parameter :: locking = 0.4899_dp, locked = 0.4995_dp, most = 0.99_dp
       real(dp) :: change(2), taken               ! of volume
@@ -348,8 +344,8 @@ contains
       if (any(m%materials%poisson > locked)) lost = maxval(m%materials%lambda/m%materials%mu)
    end function lost_by_locking
 
-   !> G, and by how much it would be larger with all tips by the shortness s further out, from the work that closes one pair of
-   !> nodes after the other. Through d_1, d_2, d_3, the means over the cells behind the tip, goes a parabola, with at the tip
+   !> G, and its increase with all tips further out by the shortness s, from the work that closes one pair of nodes after the other.
+   !> A parabola through d_1, d_2, d_3, the means over the cells behind the tip, has at the tip
    !>
    !>    G = (11 d_1 - 7 d_2 + 2 d_3)/6,  change over s cells = s (2 d_1 - 3 d_2 + d_3) + s**2/2 (d_1 - 2 d_2 + d_3),
    !>
@@ -399,9 +395,9 @@ contains
       end do
    end subroutine condense_onto_faces
 
-   !> What G lacks by the cells away from the tip. If these store M less than the body would, G = (U(a) - U(a - h))/(B h) lacks
-   !> what that changes by as the first pair is closed. The tip's surroundings, which look alike before and after, go with it; of quadratic
-   !> cells those of other tips, too, which the shortness accounts for. The modes share it as they share G.
+   !> Deficit of G by the cells away from the tip. If these store M less than the body would, G = (U(a) - U(a - h))/(B h) lacks the
+   !> change of M as the first pair is closed. The surroundings of the tip, alike before and after, move with it; in quadratic cells
+   !> those of other tips, too, in the shortness. The modes share it as they share G.
    subroutine find_far_error(m, tips, condensation, to_g, crack)
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tips(:)
@@ -439,7 +435,7 @@ contains
    !> Find what changes as the tips of a model at rest move, where it is known.
    subroutine find_static_tips(m, rest, model, tips, is_static)
       type(problem_t), intent(in) :: m
-      type(stiffness_t), intent(inout) :: rest   !! by which it was found
+      type(stiffness_t), intent(inout) :: rest   !! factorised for it
       type(static_model_t), intent(in) :: model
       type(crack_tip_t), intent(in) :: tips(:)   !! all with radii
       type(static_tips_t), intent(out) :: is_static
@@ -461,7 +457,7 @@ contains
       end do
    end subroutine find_static_tips
 
-   !> The forces -K' u of a tip [N/m], of the displacement beside the one that a strain without stress makes. Faces under pressure are free in the state to which the uniform stress p I is added.
+   !> The forces -K' u of a tip [N/m], without stress-free strain. A uniform stress p I makes faces under pressure p free.
    subroutine find_force(m, u, tip, pressure, force)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)

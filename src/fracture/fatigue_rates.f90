@@ -1,4 +1,4 @@
-!> Growth by fatigue: how far a tip goes in a load cycle, by the range of its stress intensity factor.
+!> Growth by fatigue: advance of a tip in a load cycle, by the range of its stress intensity factor.
 !>
 !>    da/dN = C dK**m                               Paris & Erdogan, J. Basic Eng. 85 (1963) 528
 !>    da/dN = C (dK/(1 - R)**(1 - w))**m            Walker, ASTM STP 462 (1970) 1
@@ -30,7 +30,7 @@ contains
       if (rate == 'forman') fatigue_rate = fatigue_rate*part/(range*max(1 - part, epsilon(part)))
    end function fatigue_rate
 
-   !> By how much a tip is slower within the plastic zone that an overload has left: Wheeler, J. Basic Eng. 94 (1972) 181.
+   !> Retardation of a tip within the plastic zone of an overload: Wheeler, J. Basic Eng. 94 (1972) 181.
    pure real(dp) function retardation(constants, zone, left)
       type(constant_t), intent(in) :: constants(:)
       real(dp), intent(in) :: zone               !! length of the present zone [m]

@@ -1,16 +1,15 @@
-!> Energy release rate along the front of a plane crack by closing it virtually, by area; of solids only.
+!> Energy release rate along the front of a plane crack by virtual closure, by area; of solids only.
 !>
-!> Let the crack move by a cell, v, along an axis of its plane. What holds its faces together, nodes that are not open and interface points, then has the
-!> same forces F_j at x_j + v, and the faces have parted by g(x - v): cells do not notice. By reciprocity a piece of the front needs the energy
+!> Let the crack move by a cell, v, along an axis of its plane. Forces F_j that hold the faces, of closed nodes and interface
+!> points, are then the same at x_j + v, and the separation is g(x - v). By reciprocity a piece of the front needs the energy
 !>
 !>    G_k v . e_1 int N_k ds = sum_j N_k F_j . [g(x_j - v) - g(x_j + v)]/2,
 !>
-!> e_1 being its normal half a way back from x_j. The last part is what soft points have parted by. Both axes count with what e_1 has of them, so that one cell
-!> is closed whichever way the front runs. Points ahead of a front of curvature c, at the distance d, become longer with it, which takes off
-!> c/(1 + c d) F_j . g(x_j)/2. With a straight front on nodes this is the force of each node times the opening of that behind it (Shivakumar, Tan & Newman
-!> 1988). Modes are the parts across the plane, along e_1 and along the front.
-!>
-!> A pressure p on the faces is closed as the tension p, of which all faces ahead of the front bear their part (`hampm_crack_closure`).
+!> e_1 being its normal half of v back from x_j, the last term the separation of soft points. Both axes count by their component of
+!> e_1, one cell for any direction of the front. At a distance d ahead of a front of curvature c points become longer, which takes
+!> c/(1 + c d) F_j . g(x_j)/2 off. For a straight front on nodes it is the force of each node times the opening of the one behind
+!> (Shivakumar, Tan & Newman 1988). Modes are the parts across the plane, along e_1 and along the front. Pressure p on the faces is
+!> closed as the tension p, with the part of all faces ahead of the front (`hampm_crack_closure`).
 module hampm_front_closure
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: inside_cell
@@ -30,9 +29,9 @@ module hampm_front_closure
    integer, parameter :: upper = 1, lower = 2
    real(dp), parameter :: in_plane = 1e-6_dp     !! cells
    real(dp), parameter :: none = 1e-14_dp        !! share of a node
-   real(dp), parameter :: reach = 3.5_dp         !! cells from the front within which something holds or has parted
+   real(dp), parameter :: reach = 3.5_dp         !! cells from the front considered for forces and separations
 
-   !> What the nodes in the plane around a front transmit, from the material on both sides.
+   !> Nodal forces in the plane around a front, from the material on both sides.
    type :: sides_t
       logical, allocatable :: is_near(:)         !! whether a point is one of them, (points)
       real(dp), allocatable :: force(:, :, :)    !! of the material of each side on it [N], (ndim, 2, points)
@@ -91,7 +90,7 @@ contains
 
    contains
 
-      !> Add what a place that holds with a force brings.
+      !> Add the force of a held place.
       subroutine close_at(x, force)
          real(dp), intent(in) :: x(ndim)         !! [m]
          real(dp), intent(in) :: force(ndim)     !! of the upper on the lower side [N]
@@ -129,7 +128,7 @@ contains
          rate(:, next, k) = rate(:, next, k) + place%part*work
       end subroutine give
 
-      !> How far the faces have parted at a place, beyond a side of the material at that side; faces that may touch do not overlap [m].
+      !> Separation of the faces at a place, sampled beyond a side of the material at it; faces that may touch do not overlap [m].
       function opening_at(x) result(opening)
          real(dp), intent(in) :: x(ndim)         !! [m]
          real(dp) :: opening(ndim), inside(ndim), weight(problem%grid%n_functions, most_nodes_of_leaf), share(most_nodes_of_leaf)
@@ -168,7 +167,7 @@ contains
       is_known(node) = .true.
    end subroutine find_displacement
 
-   !> Sum what the material of both sides gives to the nodes in the plane around a front.
+   !> Sum nodal values of the material on both sides in the plane around a front.
    pure subroutine sum_sides(front, problem, far, sides)
       type(front_t), intent(in) :: front
       type(problem_t), intent(in) :: problem
@@ -211,7 +210,7 @@ contains
          call grid%dofs%condense(grid%dofs%every_node(), 2*ndim, sides%force)
          call grid%dofs%condense(grid%dofs%every_node(), 2, sides%mass)
          call grid%dofs%condense(grid%dofs%every_node(), 2, sides%area)
-         do i = 1, problem%interfaces%n          ! what points hold of these forces
+         do i = 1, problem%interfaces%n          ! part of these forces held by points
             associate (point => problem%interfaces%list(i))
                if (point%law /= bonded .or. .not. is_in_plane(front, problem, point%middle)) cycle
                do j = 1, size(point%node)

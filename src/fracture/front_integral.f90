@@ -1,21 +1,15 @@
 !> Energy release rate and stress intensity factors along the front of a plane crack, by domain integrals, of solids only.
 !>
-!> For an extension q(X) of the crack along its plane, which is f(r) N_k(s) times the outward normal e_1(s) of the front there, turned along sides at which
-!> the front ends,
+!> For an extension q(X) of the crack, f(r) N_k(s) times the normal e_1(s) of the front in its plane, at its ends along sides,
 !>
 !>    G_k int N_k ds = sum_p V [ E_mJ q_m,J + (div P)_i u_i,m q_m ],                                   E_mJ = u_i,m P_iJ - W d_mJ,
 !>    2 K_k/E' int N_k ds = sum_p V [ I_mJ q_m,J + (div P)_i A_im q_m + (div s)_i u_i,m q_m + P_ij (A_im,j - A_ij,m) q_m ],
-!>    I_mJ = P_iJ A_im + s_iJ u_i,m - P_kl A_kl d_mJ,
+!>    I_mJ = P_iJ A_im + s_iJ u_i,m - P_kl A_kl d_mJ;
 !>
-!> with the slope A of the plane field of a unit K in the axes e_1, n, t = e_1 x n of the nearest place of the front, and its stress s. Both have
-!> no curvature in them. So s leaves faces free, but along a front of curvature c, at the distance d ahead of it, with g = c/(1 + c d),
-!>
-!>    div s = g [ (s_11 - s_tt) e_1 + s_n1 n + 2 s_t1 t ],       t-derivative of A = g [ (A_i1 e_i)' + ... ], e_1' = t, t' = -e_1,
-!>
-!> do not vanish (Gosz & Moran 2002). The part just ahead of a curved front that interface points hold (`hampm_plane_points`) becomes longer with it: what they store, w for each area,
-!> is taken off G, -sum w g q. Where faces bear a pressure p, P has p n n more and W has p u_n,n: E of a uniform stress has no divergence. Faces that press on each other with a force f bring f . [A e_1] q to the interaction. In mode III 2/E' is 1/mu. Between the nodes of the grid q has the functions of the grid, by which particles
-!> integrate as they integrate forces: what they bring to the nodes does not depend on q, and serves all hats and all domains. The grid is that of the
-!> reference configuration.
+!> in mode III 2/E' is 1/mu. q has the functions of the grid in the reference configuration, with which particles integrate forces:
+!> their nodal sums are independent of q, for all hat functions and domains. E of a uniform stress has no divergence: for a pressure
+!> p on faces P has p n n more and W p u_n,n. Pressed faces with a force f add f . [A e_1] q to the interaction. Interface points
+!> ahead of a curved front (`hampm_plane_points`) become longer: their energy w by area adds -sum w g q to G (`find_unit_field`).
 module hampm_front_integral
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: inside_cell
@@ -50,7 +44,7 @@ module hampm_front_integral
    !> A place as seen from the nearest place of a front.
    type :: front_place_t
       integer :: node = 0                        !! after which that is, 0: far away
-      real(dp) :: part = 0                       !! how far it is on the way to the next node [-]
+      real(dp) :: part = 0                       !! position on the way to the next node [-]
       real(dp) :: ahead = 0                      !! along e_1 [m]
       real(dp) :: above = 0                      !! along the normal of the plane [m]
       real(dp) :: curvature = 0                  !! of the front, above 0 where the crack is convex [1/m]
@@ -59,13 +53,13 @@ module hampm_front_integral
 
 contains
 
-   !> G of each node of the front, [J/m2], (nodes, radii), and K_I, K_II and K_III there [Pa sqrt(m)], (modes, nodes, radii): means over hats.
+   !> Means over hats: G at front nodes [J/m2], (nodes, radii), and K_I, K_II and K_III [Pa sqrt(m)], (modes, nodes, radii).
    subroutine front_integrals(domain, problem, state, g, k)
       type(front_domain_t), intent(in) :: domain
       type(problem_t), intent(in) :: problem
       type(nodal_state_t), intent(in) :: state   !! of its particles
       real(dp), allocatable, intent(out) :: g(:, :), k(:, :, :)
-      real(dp), allocatable :: of_node(:, :, :)  ! material forces, and those of the interaction, (ndim, 0:modes, n_points)
+      real(dp), allocatable :: of_node(:, :, :)  ! nodal material forces, and those of the interaction, (ndim, 0:modes, n_points)
       real(dp) :: force(ndim), slope(ndim)
       real(dp) :: at(0:front_modes), of_unit, a(ndim, ndim), s(ndim, ndim), of_s(ndim), of_a(ndim)
       integer :: i, mode, r
@@ -121,14 +115,14 @@ contains
 
    contains
 
-      !> Where the slope of the unit field is the mean of that along a part of the faces, on which it goes as the distance to the power -1/2.
+      !> Place where the slope of the unit field is its mean along a part of the faces, with the distance to the power -1/2.
       pure subroutine take_mean_place(half, ahead)
          real(dp), intent(in) :: half            !! of the part [m]
          real(dp), intent(inout) :: ahead        !! of its middle [m]
          if (ahead < half) ahead = -(half/(sqrt(half - ahead) - sqrt(max(-ahead - half, 0.0_dp))))**2
       end subroutine take_mean_place
 
-      !> Add what a place has of each sum to the hats there.
+      !> Add the sums at a place to its hat functions.
       subroutine add_to_hats(of_place)
          real(dp), intent(in) :: of_place(0:front_modes)
          real(dp) :: f(size(domain%radius)), part
@@ -161,7 +155,7 @@ contains
       end do
    end function cell_at
 
-   !> Sum what the particles bring to the nodes.
+   !> Sum the contributions of particles at nodes.
    pure subroutine sum_particles(domain, problem, state, of_node)
       type(front_domain_t), intent(in) :: domain
       type(problem_t), intent(in) :: problem
@@ -189,7 +183,7 @@ contains
       end associate
    end subroutine sum_particles
 
-   !> Add what a particle brings to the nodes of its cell.
+   !> Add a particle's contributions to the nodes of its cell.
    pure subroutine add_particle(domain, problem, state, i, reach, of_node)
       type(front_domain_t), intent(in) :: domain
       type(problem_t), intent(in) :: problem
@@ -228,7 +222,7 @@ contains
             flux(:, n, 0) = flux(:, n, 0) + domain%pressure*h(n, :)
             flux(:, :, 0) = flux(:, :, 0) - domain%pressure*h(n, n)*identity
          end associate
-         if (abs(domain%pressure) > 0 .and. material%is_finite) then ! that follows them: p cof(F) for p I, and p (det F - 1) for p trace(H)
+         if (abs(domain%pressure) > 0 .and. material%is_finite) then ! following pressure: p cof(F), p (det F - 1)
             change = in_space(identity + h)
             work = domain%pressure*(volume_change(change - unit_tensor) - trace(h))
             change = domain%pressure*(cofactors(change) - unit_tensor)
@@ -257,7 +251,7 @@ contains
       end associate
    end subroutine add_particle
 
-   !> The way of a node while the front advances by 1 [-]: along its normal, and on a side of the material along that, of a round one within a cell of it.
+   !> Motion of a node for an advance 1 of the front [-]: along its normal, tangential on a side, within a cell of a round one.
    pure function extension(domain, place, x) result(e)
       type(front_domain_t), intent(in) :: domain
       type(front_place_t), intent(in) :: place
@@ -271,7 +265,7 @@ contains
       e = e/max(dot_product(e, place%outward), least)
    end function extension
 
-   !> Take off a way what of it goes through the wall of a hole, or a round side, that is nearer than a cell; in the plane of the crack it stays there.
+   !> Remove the part of a motion through the wall of a hole, or a round side, nearer than a cell, within the crack plane.
    pure subroutine take_off_walls(domain, x, e)
       type(front_domain_t), intent(in) :: domain
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -308,7 +302,13 @@ contains
       t(front%along) = [place%outward(front%along(2)), -place%outward(front%along(1))]
    end function along
 
-   !> The slope and the stress of a unit K of a mode, the divergence of that stress, and what the curl of the slope brings.
+   !> The slope A of the plane field of a unit K of a mode in the axes e_1, n, t = e_1 x n of the nearest place of the front, its
+   !> stress s, the divergence of s, and the curl of A. Both fields have no curvature: s leaves faces free, but at a distance d
+   !> ahead of a front of curvature c, with g = c/(1 + c d),
+   !>
+   !>    div s = g [ (s_11 - s_tt) e_1 + s_n1 n + 2 s_t1 t ],   t-derivative of A = g [ (A_i1 e_i)' + ... ], e_1' = t, t' = -e_1,
+   !>
+   !> do not vanish (Gosz & Moran 2002).
    pure subroutine find_unit_field(domain, material, place, mode, a, s, of_s, of_a)
       type(front_domain_t), intent(in) :: domain
       type(material_t), intent(in) :: material
@@ -357,7 +357,7 @@ contains
       of_a = g*matmul(axes, [-local(3, 1), 0.0_dp, local(1, 1)])
    end subroutine find_unit_field
 
-   !> A place as seen from the front: from that place of it through whose normal plane it lies. Between nodes the normal turns evenly.
+   !> Coordinates of a place at the front: at the front place with the normal plane through it. Normals turn evenly between nodes.
    pure function locate(front, x, reach) result(place)
       type(front_t), intent(in) :: front
       real(dp), intent(in) :: x(ndim)            !! in the reference configuration [m]
@@ -401,7 +401,7 @@ contains
       end do
    end function locate
 
-   !> Roots of c + b t + a t**2, both the same where there is one only, far away where there is none.
+   !> Roots of c + b t + a t**2, equal if there is only one, far away if there is none.
    pure function roots_of(c, b, a) result(t)
       real(dp), intent(in) :: c, b, a
       real(dp) :: t(2), q

@@ -1,10 +1,10 @@
-!> What is measured along the front of a plane crack, and what results hold of it, of solids only.
+!> Values measured along the front of a plane crack, and their results, of solids only.
 !>
-!> G is the mean over the domains, and so are K. Its estimated error is what the domains differ by, along the front also what K, which the cells resolve in another
-!> way, has of G, and what the place of the front in the cells is worth. Where a front ends on a side, the field is not that of plane strain, and K is undefined: there the modes share G as at the next node.
-!>
-!> Values are means over hats. Along a front that runs with the lattice these reach over a cell to each side. Other fronts cut the cells now here, now there:
-!> what acts as the front is a polygon of the lattice, and means over three cells leave little of that.
+!> G and K are means over the domains. The estimated error of G has the range over domains, the difference from G of K, with which
+!> cells have other errors, and the place error of the front in the cells. Where a front ends on a side, the field is not of plane
+!> strain and K is undefined: the modes share G as at the next node. Values are means over hat functions: along a front on the
+!> lattice over a cell to each side. Other fronts cut cells irregularly, in effect a polygon of the lattice: means over three cells
+!> remove most of that.
 module hampm_front_values
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -34,7 +34,7 @@ module hampm_front_values
    real(dp), parameter :: least_part = 0.5_dp    !! of these radii, of fronts that grow near to sides and round off: G is known there, less so K
    real(dp), parameter :: cells_of_hats = 3      !! to each side, of fronts that do not run with the lattice
 
-   !> What was measured last, by hat, with its errors.
+   !> Last measured values, by hat function, with their errors.
    type :: measured_t
       real(dp), allocatable :: g(:), g_error(:)  !! [J/m2]
       real(dp), allocatable :: k(:, :), k_error(:, :) !! [Pa sqrt(m)], (modes, nodes)
@@ -50,7 +50,7 @@ module hampm_front_values
    !> That, and where it was measured.
    type, extends(measured_t) :: front_values_t
       type(front_domain_t) :: domain
-      logical :: by_domain = .true., by_closure = .false. !! by which estimators, the first of which is that of G
+      logical :: by_domain = .true., by_closure = .false. !! chosen estimators, of which the first gives G
       real(dp) :: room = 0                       !! around the front [m]
       logical :: has_ended = .false.             !! whether the crack has run through: there is no front any more
       integer, allocatable :: material(:)        !! number of the material at each hat
@@ -63,14 +63,14 @@ module hampm_front_values
 
 contains
 
-   !> Let values follow fronts: nothing is measured yet of those that are new, and what was of the others stays with as many places of each, until it is
-   !> measured again; of those that have ended it is 0.
+   !> Let values follow fronts: new fronts have none yet, the values of others stay with as many places of each until the next
+   !> measurement; ended fronts have 0.
    pure subroutine renew_front_values(fronts, problem, names, radii, grows, values)
       type(front_t), intent(in) :: fronts(:)
       type(problem_t), intent(in) :: problem
       character(*), intent(in) :: names(:)       !! of estimators
-      real(dp), intent(in) :: radii(:)           !! of domains [m], none: those of so many cells
-      logical, intent(in) :: grows(:)            !! of each crack, whether its fronts may come to run across the lattice
+      real(dp), intent(in) :: radii(:)           !! of domains [m]; empty: as many cells
+      logical, intent(in) :: grows(:)            !! for each crack, whether its fronts may run across the lattice
       type(front_values_t), allocatable, intent(inout) :: values(:)
       type(front_values_t), allocatable :: old(:)
       logical :: is_old
@@ -106,7 +106,7 @@ contains
       allocate (measured%of_hats(hats))
    end function nothing_measured
 
-   !> Keep what was measured along fronts that move.
+   !> Save or restore the values along moving fronts.
    subroutine archive_front_values(values, archive)
       type(front_values_t), allocatable, intent(inout) :: values(:)
       class(archive_t), intent(inout) :: archive
@@ -118,7 +118,7 @@ contains
       if (archive%is_read) then
          call move_alloc(values, at_start)
          allocate (values(n))
-         values(:min(n, size(at_start))) = at_start(:min(n, size(at_start))) ! what of those that have ended stays
+         values(:min(n, size(at_start))) = at_start(:min(n, size(at_start))) ! values of ended fronts stay
       end if
       do k = 1, n
          hats = 0
@@ -166,7 +166,7 @@ contains
          domain%front = front
          domain%lower = minval(p%reference(:p%n, :), dim=1)
          domain%upper = maxval(p%reference(:p%n, :), dim=1)
-         do i = 1, p%n                           ! particles are in the middle of what they stand for
+         do i = 1, p%n                           ! particles are in the middle of their volume
             associate (half => p%volume(i)**(1.0_dp/ndim)/2)
                domain%lower = min(domain%lower, p%reference(i, :) - half)
                domain%upper = max(domain%upper, p%reference(i, :) + half)
@@ -199,7 +199,7 @@ contains
       end associate
    end subroutine new_front_values
 
-   !> Whether a node of a front is on a side of the material along which nothing is held: none of the nodes there, but across the crack.
+   !> Whether a node of a front is on a side of the material without constraints, except across the crack.
    pure logical function is_on_free_side(domain, problem, node) result(is)
       type(front_domain_t), intent(in) :: domain
       type(problem_t), intent(in) :: problem
@@ -228,8 +228,8 @@ contains
    !> Place the hats evenly along a front.
    pure subroutine place_hats(front, grows, hats, values)
       type(front_t), intent(in) :: front
-      logical, intent(in) :: grows               !! whether it may come to run across the lattice
-      integer, intent(in) :: hats                !! how many there are; 0: so many as suit it
+      logical, intent(in) :: grows               !! whether it may run across the lattice
+      integer, intent(in) :: hats                !! their number; 0: as many as suit it
       type(front_values_t), intent(inout) :: values
       real(dp) :: step, along
       integer :: parts, n, i, j, from, next
@@ -291,7 +291,7 @@ contains
       type(front_values_t), intent(in) :: values
       logical :: have(size(values%arc))
       real(dp), parameter :: behind = 1.5_dp, around = 2 ! cells
-      real(dp) :: x(ndim), cell, volume(2), way(2) ! of the particles on both sides: their volume, and their way times that [m3], [m4]
+      real(dp) :: x(ndim), cell, volume(2), way(2) ! of particles on both sides: volume, and displacement times it [m3], [m4]
       integer :: j, i, side
       associate (front => values%domain%front, p => problem%particles)
          cell = cell_at(front, problem)
@@ -311,7 +311,7 @@ contains
       end associate
    end function have_overlapped
 
-   !> By closure. The crack is closed by one cell. What closing two says differs by as much as the cells are off, by the first order of their size.
+   !> By closure. The crack is closed by one cell. The difference from closing two is the first-order error of the cells.
    subroutine measure_closure(problem, values)
       type(problem_t), intent(in) :: problem
       type(front_values_t), intent(inout) :: values
@@ -351,8 +351,8 @@ contains
       end if
    end subroutine measure_closure
 
-   !> By how much G may be off as the front of the cells is not at its place: with G as the square of the least length around it, and at the end of a front,
-   !> where on a side it falls within a cell, by what it differs by from that at the next hat [J/m2].
+   !> Error of G by the place of the front of the cells: with G as the square of the least length around it, and at the end of a
+   !> front, which on a side falls within a cell, by the difference from the next hat function [J/m2].
    pure function off_by_place(problem, values) result(off)
       type(problem_t), intent(in) :: problem
       type(front_values_t), intent(in) :: values
@@ -397,7 +397,7 @@ contains
       type(front_values_t), intent(inout) :: values
       real(dp), allocatable :: g(:, :), k(:, :, :), beside(:, :), of_mode(:, :)
       logical, allocatable :: at_free_end(:, :)
-      real(dp) :: of_k(size(values%arc))         ! G that goes with K
+      real(dp) :: of_k(size(values%arc))         ! G of K
       real(dp) :: sliding(size(values%arc))      ! K_II with the G of K_II and K_III
       integer :: mode
       values%domain%pressure = sum(factors_at(problem%loads, problem%state%time)*problem%loads%pressure, &
@@ -465,7 +465,7 @@ contains
       if (values%by_domain .and. values%domain%has_modes) modes_of = merge(1, front_modes, values%domain%front%is_symmetry)
    end function modes_of
 
-   !> The fronts that there are, as lines between the middles of the hats, with the number of the front, G and K: those of modes that there are not are 0.
+   !> The present fronts, as lines between the middles of hat functions, with the number of the front, G and K: absent modes are 0.
    subroutine front_fields(fronts, output)
       type(front_values_t), intent(in) :: fronts(:)
       type(piece_t), intent(out) :: output

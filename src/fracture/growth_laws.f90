@@ -1,8 +1,7 @@
-!> The laws by which cracks grow. A law tells how much energy a tip takes for its way, the toughness, at rest or in motion, or in motion the speed
-!> that it is given.
+!> Laws of crack growth: the toughness, static or dynamic, that a tip dissipates for its advance, or its prescribed dynamic speed.
 !>
-!> A new law is a file with one of these procedures and a row in this table: its choice in `&growth`, its column of the history, and the rules on
-!> what it goes with follow from the row. Keys of its own stand in src/input/schema/growth.toml.
+!> A new law is a file with one of these procedures and a row in this table, which gives its choice in `&growth`, its column of the
+!> history, and the rules on its combinations. Keys of its own stand in src/input/schema/growth.toml.
 module hampm_growth_laws
    use hampm_fatigue_rates, only: fatigue_rate
    use hampm_kinds, only: dp, name_len
@@ -14,7 +13,7 @@ module hampm_growth_laws
    !> A row of the table.
    type :: growth_law_t
       character(name_len) :: name = ''           !! in model files
-      logical :: is_static = .false.             !! whether tips advance by increments at rest, under loads that are scaled: to the toughness, or in cycles
+      logical :: is_static = .false.             !! whether tips advance in static increments, under scaled loads or in load cycles
       procedure(toughness_of), pointer, nopass :: toughness => null() !! of a law that gives this
       procedure(speed_of), pointer, nopass :: speed => null() !! or this
       procedure(rate_of), pointer, nopass :: rate => null() !! of a law of load cycles
@@ -28,7 +27,7 @@ module hampm_growth_laws
       pure real(dp) function toughness_of(constants, speed, length) result(toughness)
          import :: dp, constant_t
          type(constant_t), intent(in) :: constants(:) !! toughness, limit_speed and exponent of &growth, and the keys of laws
-         real(dp), intent(in) :: speed           !! of the tip, 0 at rest [m/s]
+         real(dp), intent(in) :: speed           !! of the tip, 0 in static growth [m/s]
          real(dp), intent(in) :: length          !! of the whole crack [m]
       end function toughness_of
 
@@ -46,7 +45,7 @@ module hampm_growth_laws
          character(*), intent(in) :: rate        !! of &growth
          real(dp), intent(in) :: range           !! of K [Pa sqrt(m)]
          real(dp), intent(in) :: ratio           !! least over largest K [-]
-         real(dp), intent(in) :: part            !! largest K over that of the toughness [-]
+         real(dp), intent(in) :: part            !! largest K over K_c [-]
       end function rate_of
    end interface
 

@@ -1,10 +1,10 @@
 !> Where a crack in mixed mode grows to: the angle of its kink.
 !>
-!> Angles are positive to the left, as one looks along the crack. K_II > 0 turns a crack to the right.
+!> Angles are positive to the left, seen along the crack. K_II > 0 turns a crack to the right.
 !>
 !> Sources: Erdogan & Sih, J. Basic Eng. 85 (1963) 519 (hoop stress); Amestoy & Leblond, Int. J. Solids Struct. 29 (1992) 465
-!> (stress intensity factors of a short kink); Goldstein & Salganik, Int. J. Fract. 10 (1974) 507 (local symmetry); Chambolle, Francfort
-!> & Marigo, J. Mech. Phys. Solids 57 (2009) 1614 (most energy over toughness).
+!> (stress intensity factors of a short kink); Goldstein & Salganik, Int. J. Fract. 10 (1974) 507 (local symmetry); Chambolle,
+!> Francfort & Marigo, J. Mech. Phys. Solids 57 (2009) 1614 (largest energy over toughness).
 module hampm_kinks
    use hampm_kinds, only: dp
    use hampm_tensors, only: norm
@@ -16,7 +16,7 @@ module hampm_kinks
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: degree = pi/180
-   real(dp), parameter :: largest = 80*degree    !! angle that is looked at; the series are good to 1e-5 there
+   real(dp), parameter :: largest = 80*degree    !! largest angle considered; the series are good to 1e-5 there
 
    !> A short kink.
    type :: kink_t
@@ -27,8 +27,7 @@ module hampm_kinks
 
 contains
 
-   !> The angle at which a crack goes on by a criterion: 'straight', 'hoop_stress', 'local_symmetry' or 'max_energy' [rad]. It is straight
-   !> on where nothing is strained.
+   !> Kink angle by a criterion: 'straight', 'hoop_stress', 'local_symmetry' or 'max_energy' [rad]. It is straight without strain.
    pure real(dp) function kink_angle(criterion, k) result(angle)
       character(*), intent(in) :: criterion
       real(dp), intent(in) :: k(modes)           !! stress intensity factors before [Pa sqrt(m)]
@@ -57,13 +56,13 @@ contains
       hoop_intensity = cos(angle/2)**2*(k(1)*cos(angle/2) - 3*k(2)*sin(angle/2))
    end function hoop_intensity
 
-   !> Whether a tip opens where a criterion lets it go on: also in pure mode II, as at a crack that is pressed shut.
+   !> Whether a tip opens in the direction of a criterion: also in pure mode II, as at a closed crack.
    pure logical function is_opened(criterion, k)
       character(*), intent(in) :: criterion
       real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
-      real(dp), parameter :: nothing = 1e-6_dp   ! what is left of K_II where the series has a direction without it
-      ! Hoop stress of a pressed tip is never less than 0, that of its faces. It is 4 (K_II/K_I)**3 of K_I where K_II is little: a K_II of
-      ! 6 % of K_I, which may be its error, would turn such a crack right round
+      real(dp), parameter :: nothing = 1e-6_dp   ! remainder of K_II where the series has a direction without it
+      ! Hoop stress of a pressed tip is at least 0, that of its faces. It is 4 (K_II/K_I)**3 of K_I for small K_II: a K_II of 6 % of
+      ! K_I, maybe its error, would turn such a crack right round
       real(dp), parameter :: little = 1e-3_dp
       real(dp) :: of_kink(modes)
       select case (criterion)
@@ -77,8 +76,8 @@ contains
       end select
    end function is_opened
 
-   !> The angle at which a short kink has no K_II [rad]: to the right where K_II is positive. Where there is none within those that are
-   !> looked at, the last of these.
+   !> Angle of a short kink without K_II [rad]: to the right for positive K_II. If none is within the considered range, the end of
+   !> the range.
    pure real(dp) function symmetric_angle(k) result(angle)
       real(dp), intent(in) :: k(modes)
       real(dp) :: low, high, of_kink(modes)
@@ -96,7 +95,7 @@ contains
       end do
    end function symmetric_angle
 
-   !> By how much atan(K_II/K_I) of a short kink grows with its angle, where there is no K_II.
+   !> Derivative of atan(K_II/K_I) of a short kink by its angle, where K_II is 0.
    pure real(dp) function slope_of_mixity(angle, k) result(slope)
       real(dp), intent(in) :: angle              !! [rad]
       real(dp), intent(in) :: k(modes)           !! of the crack before [Pa sqrt(m)]
@@ -107,9 +106,9 @@ contains
       slope = (after(2) - before(2))/(after(1) + before(1))/small
    end function slope_of_mixity
 
-   !> The short kink that opens and has the largest energy release rate over its toughness: the best of directions a degree apart and of those of
-   !> the table of toughnesses, where weak planes are, and then the best by it. Of two that are as good it is the one that turns less, or
-   !> that to the left.
+   !> The short kink that opens and has the largest energy release rate over its toughness: the best of directions a degree apart
+   !> and of those in the table of toughnesses, where weak planes are, then refined. Of two equal ones the smaller turn, or the left
+   !> one.
    pure function best_kink(k, t, advance, factors) result(kink)
       real(dp), intent(in) :: k(modes)           !! of the crack before [Pa sqrt(m)]
       real(dp), intent(in) :: t                  !! its T-stress times the root of the length of the kink [Pa sqrt(m)]
@@ -204,7 +203,7 @@ contains
       end associate
    end function after_kink
 
-   !> What a T-stress of 1 adds to them at the end of a kink of length 1.
+   !> Additional K by a T-stress of 1 at the end of a kink of length 1.
    pure function of_t_stress(angle) result(k)
       real(dp), intent(in) :: angle              !! [rad]
       real(dp) :: k(modes)

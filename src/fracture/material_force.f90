@@ -1,18 +1,15 @@
-!> Energy release rate by material forces: the force on the tip is minus the sum of those on the nodes around it. That on node a, along the crack, is
+!> Energy release rate by material forces: minus the sum of the forces on the nodes around the tip, along the crack, of node a
 !>
-!>    g_a = sum_p V { (W I - H^T P)_1J N_a,J + W,1 N_a } + h_a . f_a,   f_a = sum_p V P_iJ N_a,J,   h_a = sum_p V N_a u,1/sum_p V N_a,
+!>    g_a = sum_p V { (W I - H^T P)_1J N_a,J + W,1 N_a } + h_a . f_a, f_a = sum_p V P_iJ N_a,J, h_a = sum_p V N_a u,1/sum_p V N_a,
 !>
-!> in the reference configuration, with the derivative W,1 by the explicit dependence of the moduli on the place. The force f_a of the stress on a node,
-!> less what ties cells that are cut, balances the inertia of its mass, damping and body loads: by it these come in without an acceleration, and none of
-!> them where nothing moves. A constant slope c in u,1, as that of a turn of the body, cancels in each g_a. All g_a of a disc count as much: no
-!> weight falls with the radius. What rings have beside a derivative along R has 1/R.
+!> in the reference configuration, with W,1 by the explicit dependence of the moduli on the place. The nodal stress force f_a, less
+!> the ties of cut cells, balances inertia, damping and body loads, without an acceleration; in equilibrium it is 0. A constant
+!> slope in u,1, as of a rotation, cancels in each g_a. All g_a of a disc count equally: no weight falls with the radius. Rings add
+!> terms in 1/R.
 !>
-!> W has the dissipated work D: by parts that is the dissipative material force of D,1. What is left out is the rest, P:H,1 - W,1, of material that
-!> unloads or whose stress turns.
-!>
-!> The force tells nothing of modes. They share it as the faces behind the tip have parted.
-!>
-!> Source: Eshelby (1951); Steinmann (2000); Mueller & Maugin (2002).
+!> W has the dissipated work D: by parts the dissipative material force of D,1. The rest, P:H,1 - W,1, of material that unloads or
+!> whose stress turns, is left out. The modes share the force by the separation of the faces behind the tip. Source: Eshelby (1951);
+!> Steinmann (2000); Mueller & Maugin (2002).
 module hampm_material_force
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: points_of_quadratic, inside_cell
@@ -30,12 +27,12 @@ module hampm_material_force
    public :: material_force
 
    integer, parameter :: at_volume = ndim + 2, sums = 2*ndim + 2 !! of a node: g, f, V and V u,1
-   real(dp), parameter :: cells_beyond = 4       !! the disc from which particles have a part in its nodes, hanging ones included
+   real(dp), parameter :: cells_beyond = 4       !! cells beyond the disc whose particles act on its nodes, hanging ones included
    real(dp), parameter :: even = 1.0e-6_dp       !! part of a length within which lengths count as the same
 
 contains
 
-   !> G of each mode, the mean over the discs, uncertain by what these differ by.
+   !> G of each mode, the mean over the discs, with their range as uncertainty.
    subroutine material_force(problem, factors, tip, p, extrapolation, rate, uncertainty, failure)
       type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: factors(:)
@@ -45,7 +42,7 @@ contains
       real(dp), intent(inout) :: rate(modes), uncertainty(modes)
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: of_node(:, :)     ! (sums, n_points)
-      real(dp), allocatable :: held(:, :)        ! by what ties the nodes of cells that are cut [N], (ndim, n_points)
+      real(dp), allocatable :: held(:, :)        ! ties of nodes of cut cells [N], (ndim, n_points)
       real(dp) :: g(size(tip%radii)), rates(modes, size(tip%radii)), x(ndim), distance, force(ndim)
       logical, allocatable :: is_at_other(:)     ! nodes on which the change of material acts, too
       integer :: i
@@ -81,7 +78,7 @@ contains
       uncertainty = maxval(rates, dim=2) - minval(rates, dim=2)
    end subroutine material_force
 
-   !> Add what a particle brings to the nodes.
+   !> Add a particle's contribution to the nodes.
    pure subroutine add_particle(problem, tip, p, i, of_node)
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tip
@@ -125,9 +122,9 @@ contains
       end associate
    end subroutine add_particle
 
-   !> What each mode has of G, signed as the faces have parted: those of K whose field has the mean opening and sliding of the faces up to a distance
-   !> behind the tip, each particle within a cell of the crack being moved to that by its own slope. Where a law there is for large rotations, these are seen from
-   !> material that turns as the mean of F there.
+   !> Share of each mode in G, signed as the separation of the faces: of K whose field has the mean opening and sliding of the faces
+   !> up to a distance behind the tip, with each particle within a cell of the crack moved to that by its own slope. For laws of
+   !> finite rotation the frame turns with the mean of F there.
    pure function parts_of_modes(problem, tip, reach, p) result(part)
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tip

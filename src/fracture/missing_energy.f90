@@ -1,4 +1,4 @@
-!> The strain energy that the cells of a mesh lack beside the recovered stress, around a place: what an error expected of G is made of.
+!> Strain energy that the cells of a mesh lack against the recovered stress around a place: the basis of the expected error of G.
 module hampm_missing_energy
    use hampm_kinds, only: dp, ndim, corners
    use hampm_tensors, only: norm
@@ -16,17 +16,17 @@ module hampm_missing_energy
 
    integer, parameter :: n_stress = ndim*ndim
 
-   !> By which part the material of an element that counts as full may differ from it.
+   !> Distance, in cells, of the middle of the material of an element from its own up to which it counts as full.
    real(dp), parameter :: not_full = 1.0e-3_dp
 
 contains
 
-   !> Energy that the cells away from some places store too little under given forces [J], for each of some displacements: half of the squared
-   !> error e in the energy norm, where e is the difference of the recovered stress from that of the cells (Zienkiewicz & Zhu 1992), less what
-   !> the particles miss of the energy of the cells' own field, which makes these softer. Those of quadratic cells miss next to nothing.
+   !> Energy that cells away from some places store too little under given forces [J], by displacement: half of the squared error e
+   !> in the energy norm, the difference of recovered and cell stress (Zienkiewicz & Zhu 1992), less the integration error of the
+   !> particles in the energy of the cells' own field, which makes these softer; for quadratic cells it is nearly 0.
    function missing_energies(m, places, radius, u) result(missing)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: places(:, :, :), radius !! around which cells do not count, (ndim, places, displacements), and how far [m]
+      real(dp), intent(in) :: places(:, :, :), radius !! of cells that do not count, (ndim, places, displacements), with radius [m]
       real(dp), intent(in) :: u(:, :, :)         !! displacements of the points [m], (ndim, n_points, displacements)
       real(dp) :: missing(size(u, 3))
       real(dp), allocatable :: stress(:, :), nodal(:, :), squared(:, :)
@@ -78,7 +78,7 @@ contains
       end do
    end function is_near
 
-   !> Number of the material of an element; of a graded body that of its middle.
+   !> Number of the material of an element; of a graded body at its middle.
    pure integer function material_of(m, e) result(k)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: e
@@ -92,7 +92,7 @@ contains
       end associate
    end function material_of
 
-   !> Add that of an element that is full of material, for the displacements of which it counts; of others nothing is known.
+   !> Add the energy of a full element, for the displacements for which it counts; for others it is unknown.
    pure subroutine add_missing(m, e, n, counts, u, of_particles, recovered, missing)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: e
@@ -162,7 +162,7 @@ contains
       end do
    end function gradient_by
 
-   !> Stress of a small displacement gradient, whatever the law, with stress_33 behind it where material is axisymmetric [Pa].
+   !> Stress of a small displacement gradient, for any law, with stress_33 last in axisymmetric material [Pa].
    pure function stress_of(material, h) result(stress)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: h(:, :)            !! with a column for H_33 there [-]
@@ -184,7 +184,7 @@ contains
       real(dp), intent(in), optional :: place(ndim), distance !! in the reference configuration [m]
       real(dp) :: slopes(m%grid%n_functions, ndim), shape(m%grid%n_functions), xi(ndim), moved(ndim)
       integer :: at(m%grid%n_functions), i, k
-      real(dp), parameter :: reach = 8           ! of a point in elements, over hanging ones of quadratic cells
+      real(dp), parameter :: reach = 8           ! elements around a point, over hanging ones of quadratic cells
       p = m%particles
       p%velocity = 0
       do i = 1, p%n

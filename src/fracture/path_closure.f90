@@ -1,21 +1,13 @@
-!> Irwin's crack closure at the tip of a crack in any direction: what the tractions ahead of the tip do as they close the opening behind it,
+!> Irwin's crack closure at a tip in any direction: work of the tractions ahead of the tip on the opening behind it,
 !>
 !>    G_I = lim 1/(2 D) int_0^D t_n(r) [u_n](D - r) dr = K_t K_u/E',
 !>
-!> and the same along the crack for mode II. Ahead the tractions go as t = K_t/sqrt(2 pi r), behind the opening as
-!> [u] = 8 K_u/E' sqrt(r/(2 pi)): so the integral is exact for any length D, and the tip's own cells, whose fields are not those of a
-!> crack, have no part in it.
-!>
-!> K_t is fitted to the tractions of the particles ahead of the tip on planes along the crack, K_u to the displacements of those
-!> behind it on both of its sides, each by least squares with the terms of Williams' series: r**(1/2 - 1) and r**(3/2 - 1), in K_u
-!> the uniform stress, the rotation and the translation too, and r**(-1/2 - 1), by which a tip differs that acts a part of a cell from
-!> where it is. Without that K_u is 5 to 50 % off (docs/explanation/cracks.md).
-!>
-!> On a symmetry plane each particle stands for its mirror image, too.
-!>
-!> Both are taken in the reference configuration. Where a law is for large rotations all is turned back by the rotation in the mean of F.
-!>
-!> Source: Irwin (1957); Rybicki & Kanninen (1977); Williams (1957).
+!> and likewise mode II. With t = K_t/sqrt(2 pi r) ahead and [u] = 8 K_u/E' sqrt(r/(2 pi)) behind the integral is exact for any D;
+!> the tip's own cells, with other fields, are not used. K_t is fitted to tractions of particles ahead on planes along the crack,
+!> K_u to displacements behind on both sides, by least squares with Williams' series: r**(1/2 - 1), r**(3/2 - 1), for K_u uniform
+!> stress, rotation and translation too, and r**(-1/2 - 1) for a tip that acts a part of a cell away. Without it K_u is 5 to 50 %
+!> off (docs/explanation/cracks.md). On a symmetry plane particles count with their mirror images. All in the reference
+!> configuration, for finite rotation turned back by the mean of F. Irwin (1957); Rybicki & Kanninen (1977); Williams (1957).
 module hampm_path_closure
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t
@@ -34,7 +26,7 @@ module hampm_path_closure
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    ! By a little more than round numbers, on which particles are that stand around the tip as on a lattice
-   real(dp), parameter :: nearest = 1.5_dp + 1e-6_dp !! cells from the tip from which on fields are taken for those of a crack
+   real(dp), parameter :: nearest = 1.5_dp + 1e-6_dp !! cells from the tip beyond which fields count as of a crack
    real(dp), parameter :: farthest = 8 + 1e-6_dp !! cells from it up to which they are fitted
    real(dp), parameter :: slope = 2 + 1e-6_dp    !! of the lines from the tip between which particles are, ahead and behind
    real(dp), parameter :: on_crack = 1e-6_dp     !! cells from the crack within which it is not certain on which side a particle is
@@ -52,7 +44,7 @@ module hampm_path_closure
 
 contains
 
-   !> G of each mode, uncertain by what tractions and openings differ by. Fails where too few particles are ahead of the tip or behind it.
+   !> G of each mode, uncertain by the difference of tractions and openings. Fails with too few particles ahead or behind.
    subroutine path_closure(problem, factors, tip, p, extrapolation, rate, uncertainty, failure)
       type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: factors(:)
@@ -84,7 +76,7 @@ contains
                   call add_tractions(ahead, in_plane(x(1), side*x(2))/h, in_plane(side*stress(1, 2), stress(2, 2)), p%volume(i))
                end do
             else if (-slope*x(1) > abs(x(2)) .and. abs(x(2)) > on_crack*h) then
-               associate (from_tip => p%reference(i, :) - tip%place)  ! a strain without stress is none of the fields
+               associate (from_tip => p%reference(i, :) - tip%place)  ! without stress-free strain
                   u = matmul(from_tip + p%displacement(i, :) - matmul(materials(p%material(i))%free, from_tip), turn)
                end associate
                u = matmul(u, tip%axis) - x
@@ -100,7 +92,7 @@ contains
          k_t = sqrt(2*pi*h)*k_t
          k_u = sqrt(2*pi*h)*k_u
          rate = abs(k_t)*k_u/material%plane_modulus()
-         uncertainty = maxval(abs(k_t**2 - k_u**2))/(2*material%plane_modulus())  ! what one has too much the other may lack
+         uncertainty = maxval(abs(k_t**2 - k_u**2))/(2*material%plane_modulus())  ! the errors may be of opposite sign
       end associate
    end subroutine path_closure
 
@@ -129,8 +121,8 @@ contains
       turn(:, 2) = quarter_turn(turn(:, 1))
    end function rotation
 
-   !> Tractions of a particle on a plane along the crack: two equations, for what goes along the crack and across it. Weights let the
-   !> singular term count as much near the tip as far from it.
+   !> Tractions of a particle on a plane along the crack: two equations, across it and along it. Weights make the singular term
+   !> count equally near the tip and far from it.
    pure subroutine add_tractions(fit, x, traction, volume)
       type(fit_t), intent(inout) :: fit
       real(dp), intent(in) :: x(ndim)            !! from the tip, in its frame [cells]

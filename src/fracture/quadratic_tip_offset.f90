@@ -1,5 +1,5 @@
-!> How far behind its node the tip of a crack acts among quadratic cells: around a node they resolve the field of a crack that is a
-!> little shorter, the less so the more exactly their particles integrate. docs/explanation/quadratic.md has the measurements.
+!> Offset of the effective tip behind its node in quadratic cells: the field around a node is of a slightly shorter crack, less so
+!> the more exact the integration by particles. Measurements: docs/explanation/quadratic.md.
 module hampm_quadratic_tip_offset
    use hampm_kinds, only: dp
    use hampm_crack_tip, only: crack_tip_t
@@ -10,8 +10,8 @@ module hampm_quadratic_tip_offset
    private
    public :: quadratic_tip_offset
 
-   ! In cells at the tip: base + by_stiffness x/(1 + x/stiff), x = lambda/mu of the plane, with three points a direction, and over that with
-   ! three, four, five, six, and more
+   ! In cells at the tip: base + by_stiffness x/(1 + x/stiff), x = lambda/mu of the plane, with three points a direction; its factor
+   ! with three, four, five, six, and more
    real(dp), parameter :: base(modes) = [0.0535_dp, 0.0745_dp], by_stiffness(modes) = [0.0018_dp, 0.0092_dp], stiff = 42
    real(dp), parameter :: of_points(3:7) = [1.0_dp, 1.215_dp, 1.285_dp, 1.316_dp, 1.345_dp]
 

@@ -1,22 +1,22 @@
-!> The directions of the last increments of some tips in which these have no K_II, all of them together: Broyden's method, which is the secant
-!> rule where there is one tip.
+!> Directions of the last increments of some tips without K_II, all together: Broyden's method, the secant rule for one tip.
 !>
-!> What is brought to 0 is the mixity m = atan2(K_II, K_I) of each tip by the angle a of each increment. With B that which turns a change of
-!> mixities into one of angles,
+!> The mixity m = atan2(K_II, K_I) of each tip is brought to 0 by the angle a of each increment. With B, the map of a change of
+!> mixities to one of angles,
 !>
 !>    a <- a - B m,    B <- B + (da - B dm) da^T B/(da^T B dm),
 !>
-!> and B begins with the slope that the series of a short kink has (`hampm_kinks`). Each trial starts from the best one so far. Source: Broyden, Math. Comp. 19 (1965) 577.
+!> and B begins with the slope of the series of a short kink (`hampm_kinks`). Trials start from the best. Broyden, Math. Comp. 19
+!> (1965) 577.
 module hampm_symmetric_turns
    use hampm_kinds, only: dp
    implicit none
    private
    public :: symmetric_turns_t, begin_turns, is_symmetric
 
-   real(dp), parameter :: enough = 0.9e-3_dp     !! mixity that counts as none [rad]: K_II is below 0.1 % of K_I, also when it is measured again
+   real(dp), parameter :: enough = 0.9e-3_dp     !! mixity that counts as none [rad]: K_II is below 0.1 % of K_I, also remeasured
    integer, parameter :: most_trials = 16
    real(dp), parameter :: most_turn = 0.35_dp    !! from the best trial to the next [rad]
-   real(dp), parameter :: least_turn = 2e-4_dp   !! a smaller one changes a mixity by less than `enough`, unless it jumps there [rad]
+   real(dp), parameter :: least_turn = 2e-4_dp   !! a smaller one changes a mixity by less than `enough`, except jumps [rad]
 
    !> The trials so far. Arrays have an entry for each tip that turns.
    type :: symmetric_turns_t
@@ -88,8 +88,8 @@ contains
       has_found = abs(self%mixity(k)) <= enough
    end function has_found
 
-   !> Choose the next trial, or go back to the best one where `are_over` tells that there are to be no more. `turn` is by how much each
-   !> increment is to be turned to the left [rad].
+   !> Choose the next trial, or return to the best one if no more are allowed (`are_over`). `turn`: angle by which each increment is
+   !> to be turned to the left [rad].
    pure subroutine choose(self, turn, are_over)
       class(symmetric_turns_t), intent(inout) :: self
       real(dp), intent(out) :: turn(:)

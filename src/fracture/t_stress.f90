@@ -1,24 +1,14 @@
-!> The T-stress: the stress along a crack at its tip beside the singular ones (Williams 1957; Rice 1974), in elastic material at small strain.
+!> The T-stress: the stress along a crack at its tip beside the singular ones (Williams 1957; Rice 1974), in elastic material at
+!> small strain, from the interaction with the field of a force on the tip along the crack (Kfouri 1986), with the inertia as J and
+!> K have it. With the displacement a and stress s of a unit force over the thickness, and w = u,1 - c,
 !>
-!> It follows from the interaction of the motion with the field of a force that acts on the tip along the crack (Kfouri 1986), with the
-!> mass of the material in it as J and K have it. With the displacement a and stress s of a unit force over the thickness,
-!>
-!>    I = (1/B) [ sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + rho d_i a_i,1 q } - sum_points f_i a_i,1 q ],   w = u,1 - c,
+!>    I = (1/B) [ sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + rho d_i a_i,1 q } - sum_points f_i a_i,1 q ],
 !>    e_11 = c_1 + I - P_22 b
 !>
-!> is the strain along the crack without what the singular fields have of it. The constant c has a part in I here, since s is not in balance
-!> at the tip; P_22 is the stress across the faces at the tip, where they press on each other or are loaded, and b the opening of the
-!> faces by the force, which is the same everywhere: forces between the faces, as many on either, have no other part in I. Nor have faces ahead
-!> of the tip that cohesion holds, as the force has no stress across these and does not open them.
-!>
-!> With the compliances a_ij in the axes of the crack, the stresses s_22 and s_12 of the faces at the tip and the stresses s0 which an
-!> eigenstrain leaves in material that does not move,
+!> is the strain along the crack without the singular fields; c counts in I, as s is not balanced at the tip. With compliances a_ij
+!> in the axes of the crack, face stresses s_22 and s_12 at the tip, and s0 of an eigenstrain in fixed material,
 !>
 !>    T = s0_11 + { e_11 - a_12 (s_22 - s0_22) - a_16 (s_12 - s0_12) }/a_11.
-!>
-!> Around an axis and in graded material I has the terms of `interact`, as K has. Near the tip these are as r**(-3/2), from K and the force, which cells do not
-!> resolve: there they are taken from K (`singular_part`), and the force acts where K has its origin. The strain H_33 around the axis at the tip counts as
-!> -s_33 H_33 in e_11, with s_33 of a unit stress along the crack in plane strain; it is found without the displacement of K, a root of the distance.
 module hampm_t_stress
    use hampm_kinds, only: dp, ndim
    use hampm_closed_faces, only: closed_faces_t
@@ -38,19 +28,24 @@ module hampm_t_stress
 
 contains
 
-   !> T of each disc [Pa].
+   !> T of each disc [Pa]. P_22 is the stress across the faces at the tip, where they are pressed or loaded, and b their constant
+   !> opening by the force: balanced forces between faces have no other part in I, nor have cohesive faces ahead, which the force
+   !> neither stresses nor opens. Around an axis and in graded material I has the terms of `interact`, as K has: near the tip these
+   !> are as r**(-3/2), from K and the force, unresolved by cells, and taken from K (`singular_part`); the force acts at the origin
+   !> of K. The strain H_33 around the axis counts as -s_33 H_33 in e_11, with s_33 of a unit stress along the crack in plane
+   !> strain, found without K's part.
    function t_stresses(unturned, problem, factors, p, state, closed, places, k) result(t)
       type(tip_domain_t), intent(in) :: unturned !! with its field
       type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
       type(particles_t), intent(in) :: p
       type(nodal_state_t), intent(in) :: state   !! of these particles
-      type(closed_faces_t), intent(in) :: closed !! what the faces behind a closed tip carry
+      type(closed_faces_t), intent(in) :: closed !! tractions on the faces behind a closed tip
       type(places_t), intent(in) :: places       !! in the discs
       real(dp), intent(in) :: k(modes)           !! stress intensity factors [Pa sqrt(m)]
       real(dp), allocatable :: t(:)              !! by radius
       real(dp) :: c(ndim), on_faces(ndim), idle(ndim, ndim), axes(ndim, ndim), x(ndim), from_force(ndim)
-      real(dp) :: total, outward                 ! weight of particles near the tip, and sum of their displacement from the axis without that of K
+      real(dp) :: total, outward                 ! weight of particles near the tip; sum of their radial displacement without K's
       type(sample_t) :: s
       type(tip_domain_t) :: domain
       integer :: n
@@ -91,7 +86,7 @@ contains
       t = idle(1, 1) + domain%field%stress_along(t, on_faces(1) - idle(1, 2), on_faces(2) - idle(2, 2))
    end function t_stresses
 
-   !> Add what a particle contributes to the interaction with a unit force.
+   !> Add a particle's contribution to the interaction with a unit force.
    pure subroutine add_interaction(s, domain, material, x, q, dq, sums)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
@@ -107,8 +102,8 @@ contains
       sums = sums + s%volume*(matmul(flux, dq) + source*q)
    end subroutine add_interaction
 
-   !> The product of K and the force, with the curvature of rings or the change of the material, within the inner radius, weighted by what is left of
-   !> `min(1, r/inner_radius)`: it is as r**(-3/2), and so 4/3 of the square of that radius times what it is there.
+   !> The product of K and the force, with the curvature of rings or the change of the material, within the inner radius, weighted
+   !> by the rest of `min(1, r/inner_radius)`: it is as r**(-3/2), so 4/3 of the square of that radius times its value there.
    pure real(dp) function singular_part(domain, k) result(part)
       type(tip_domain_t), intent(in) :: domain
       real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
@@ -144,7 +139,7 @@ contains
       end do
    end function singular_part
 
-   !> Add what the tractions of a load on the faces contribute, and find those at the tip.
+   !> Add the tractions of a load on the faces, and find those at the tip.
    pure subroutine add_loaded_faces(domain, p, load, factor, q, sums, on_faces)
       type(tip_domain_t), intent(in) :: domain
       type(particles_t), intent(in) :: p

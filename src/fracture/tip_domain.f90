@@ -1,5 +1,5 @@
-!> The discs around the tip of a crack over which a domain integral is taken, and the particles in them. In the total frame what a
-!> disc has of a particle, its weight and the singular fields there, stays while mesh and tip stay.
+!> The discs of a domain integral around a crack tip, and the particles in them. In the total frame the weight and singular fields
+!> of a particle in a disc stay while mesh and tip stay.
 module hampm_tip_domain
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: points_of_quadratic, inside_cell
@@ -21,9 +21,9 @@ module hampm_tip_domain
 
    real(dp), parameter :: inner = 4              !! cells around a tip
 
-   !> How far behind its node the tip of a crack acts, in cells there, in each mode. Around a node bilinear cells resolve the field
-   !> of a crack that is a little shorter; how much is the same at every size, as the field is. docs/explanation/energy_release_rate.md has the
-   !> measurements, `bench/effective_tip.py` makes them.
+   !> Offset of the effective tip behind its node, in cells there, by mode. The field of bilinear cells around a node is of a
+   !> slightly shorter crack, equally at every size, like the field. Measurements: docs/explanation/energy_release_rate.md, by
+   !> `bench/effective_tip.py`.
    real(dp), parameter :: tip_offset(modes) = [0.20_dp, 0.31_dp]
 
    !> The tip of a straight crack, and the discs around it.
@@ -31,9 +31,9 @@ module hampm_tip_domain
       real(dp) :: tip(ndim) = 0                  !! its place in the grid [m]
       real(dp) :: direction(ndim) = 0            !! unit vector from the crack into the body, in the reference configuration
       real(dp) :: turn(ndim, ndim) = 0           !! R - I, R being the rotation of the material around the tip since then
-      real(dp) :: face_of_line = 1               !! 1 where material on the line of the crack belongs to the upper face, -1 to the lower one
-      logical :: is_beside = .false.             !! whether the tip is sought ahead or behind: on the line of the crack whole particles may then be on both faces
-      integer :: number = -1                     !! of the tip among those of cells that are cut, -1 where none ends there
+      real(dp) :: face_of_line = 1               !! 1: material on the line of the crack is on the upper face, -1: the lower
+      logical :: is_beside = .false.             !! whether the tip is ahead or behind: particles on the line may be on both faces
+      integer :: number = -1                     !! of the tip among those of cut cells, -1 if none ends there
       logical :: has_zone = .false.              !! whether cohesion holds faces ahead of it
       logical :: half = .false.                  !! whether the crack is on a symmetry plane and one side of it is modelled
       real(dp) :: thickness = 0                  !! B; of a crack around an axis the length of its front, 2 pi a [m]
@@ -43,7 +43,7 @@ module hampm_tip_domain
       real(dp), allocatable :: radius(:)         !! of each disc [m]
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
       real(dp) :: spacing = 0                    !! of these cells, of any tip [m]
-      type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction; at an interface those above it
+      type(tip_field_t) :: field                 !! singular fields by material and direction; at an interface those above it
       type(tip_field_t) :: below                 !! and those below it
       real(dp) :: speed = 0                      !! of the tip, with the fields of which it runs [m/s]
       real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, along their normals [Pa]
@@ -63,8 +63,8 @@ module hampm_tip_domain
       integer :: particle
       integer :: point(points_of_quadratic)      !! on which its values depend, as many as there are functions
       real(dp) :: shape(points_of_quadratic)     !! their functions there [-]
-      real(dp) :: weight                         !! in means over the discs, but for its volume [-]
-      real(dp) :: unit(ndim, ndim, modes)        !! displacement gradient of a unit stress intensity factor of each mode, 0 at the tip
+      real(dp) :: weight                         !! in means over the discs, besides its volume [-]
+      real(dp) :: unit(ndim, ndim, modes)        !! displacement gradient of a unit K of each mode, 0 at the tip
                                                  !! itself [1/(Pa sqrt(m))]
       real(dp) :: unit_stress(ndim, ndim, modes) !! and its stress [1/sqrt(m)]
    end type place_t
@@ -122,7 +122,7 @@ contains
       call grid%dofs%distribute(all, size(t), q)
    end subroutine weight_nodes
 
-   !> Let the discs end where bodies of other materials begin: what J and K find is what acts on the nodes within, and these act on it as the tip does.
+   !> End the discs where bodies of other materials begin: within a disc their material forces would count as the tip's.
    pure subroutine end_at_others(domain, grid, p, q)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
@@ -139,7 +139,7 @@ contains
       call grid%dofs%distribute(all, size(q, 1), q)
    end subroutine end_at_others
 
-   !> Which points are of cells with particles of some bodies, but for those of the cell of a tip.
+   !> Points of cells with particles of some bodies, without those of the cell of a tip.
    pure function nodes_at_others(tip, spacing, bodies, grid, p) result(are)
       real(dp), intent(in) :: tip(ndim)          !! its place in the grid [m]
       real(dp), intent(in) :: spacing            !! of the cells there [m]
@@ -205,7 +205,7 @@ contains
       end do
    end subroutine list_places
 
-   !> Fill the places that were listed with what they are in the discs, which may turn in the updated frame.
+   !> Fill the listed places with their values in the discs, which may turn in the updated frame.
    pure subroutine fill_places(domain, grid, blocks, p, places)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
@@ -223,7 +223,7 @@ contains
       places%key = key_of(domain)
    end subroutine fill_places
 
-   !> What a particle is in the discs.
+   !> Values of a particle in the discs.
    pure subroutine fill_place(domain, grid, p, nodal, place, q, dq)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
@@ -279,7 +279,7 @@ contains
       end do
    end subroutine fill_fields
 
-   !> Whether places that were found are those of a tip still.
+   !> Whether places found are still those of a tip.
    pure logical function stay(self, domain, blocks, p)
       class(places_t), intent(in) :: self
       type(tip_domain_t), intent(in) :: domain
@@ -292,7 +292,7 @@ contains
       end associate
    end function stay
 
-   !> What places depend on of a tip.
+   !> Key of the tip on which places depend.
    pure function key_of(domain) result(key)
       type(tip_domain_t), intent(in) :: domain
       real(dp), allocatable :: key(:)
@@ -300,7 +300,7 @@ contains
              merge(1.0_dp, 0.0_dp, domain%is_beside), domain%speed, domain%radius]
    end function key_of
 
-   !> How far behind its node the tip acts in a mode [m].
+   !> Offset of the effective tip behind its node in a mode [m].
    pure real(dp) function tip_offset_of(self, mode)
       class(tip_domain_t), intent(in) :: self
       integer, intent(in) :: mode
@@ -323,7 +323,7 @@ contains
    pure function from_tip(self, x, total_frame)
       class(tip_domain_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
-      logical, intent(in) :: total_frame         !! whether the grid is that of the reference configuration
+      logical, intent(in) :: total_frame         !! whether the grid is of the reference configuration
       real(dp) :: from_tip(ndim)
       if (total_frame) then
          from_tip = matmul(x - self%tip, frame_along(self%direction))
@@ -332,7 +332,7 @@ contains
       end if
    end function from_tip
 
-   !> Displacement by the singular fields at a place, in the axes of the crack: of the order 1/2 in the distance, it is twice its gradient along that [m].
+   !> Displacement by the singular fields at a place, in crack axes: of order 1/2, twice its radial gradient times distance [m].
    pure function displacement_of(self, place, x, k)
       class(tip_domain_t), intent(in) :: self
       type(place_t), intent(in) :: place
@@ -346,8 +346,8 @@ contains
       end do
    end function displacement_of
 
-   !> Distance from the tip within which products of singular fields that cells do not resolve are not left to particles: some cells, at most half of the
-   !> least radius, where q is 1 [m].
+   !> Distance from the tip within which products of singular fields, unresolved by cells, are not left to particles: some cells, at
+   !> most half of the least radius, where q is 1 [m].
    pure real(dp) function inner_radius(self)
       class(tip_domain_t), intent(in) :: self
       inner_radius = min(minval(self%radius)/2, inner*self%spacing)

@@ -1,4 +1,4 @@
-!> What the chosen estimators, and the domain integral, find at a tip.
+!> Measurement of the chosen estimators, and of the domain integral, at a tip.
 module hampm_tip_measurements
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -24,7 +24,7 @@ module hampm_tip_measurements
 
 contains
 
-   !> The chosen energy release rates and stress intensity factors, of some particles that stand where those of the motion do.
+   !> The chosen energy release rates and stress intensity factors, for particles at the places of the motion's.
    subroutine estimate_rates(problem, factors, tip, p, state, extrapolation, values, failure)
       type(problem_t), intent(inout) :: problem
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
@@ -49,10 +49,10 @@ contains
       if (allocated(values%j)) call measure_domain(problem, factors, tip, p, state, values)
    end subroutine estimate_rates
 
-   !> Measure what the domain integrals give: J of each domain, and means over them.
+   !> Measure the domain integrals: J of each domain, and means over them.
    !>
-   !> How far behind its node a tip acts depends on the anisotropy of the material: there K has the ratio of modes by the
-   !> interaction integrals, and its size by J, which sees no origin.
+   !> The offset of an effective tip depends on the anisotropy of the material: there K has the ratio of modes of the interaction
+   !> integrals, and its size from J, which needs no origin.
    subroutine measure_domain(problem, factors, tip, p, state, values, shift)
       type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
@@ -105,7 +105,7 @@ contains
             k(:, i) = field%of_rate(k(:, i), values%j(i))
          end do
       end if
-      if (tip%may_close) then                    ! what the pressure there leaves of K_I is an error
+      if (tip%may_close) then                    ! K_I left by the pressure there is an error
          k(1, :) = max(k(1, :), 0.0_dp)
          if (closed%are_closed) k(1, :) = 0
       end if
@@ -118,7 +118,7 @@ contains
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2) + sum(k_uncertainty, dim=2)/size(values%j)
       values%intensity = sum(k, dim=2)/size(values%j)
       if (closed%are_closed) values%spread_of_k = [0.0_dp, values%spread_of_k(2) + abs(values%intensity(2)) &
-               *values%errors%with_cells(tip%nodes%spacing)*values%errors%intensity(2)%relative] ! tractions and the place of the tip err apart
+               *values%errors%with_cells(tip%nodes%spacing)*values%errors%intensity(2)%relative] ! independent errors
       values%oscillation = field%oscillation
       values%g_of_k = field%rate_of(values%intensity)
       if (domain%material%has_history) values%g_of_k = sum(values%j)/size(values%j) ! K is of elastic fields

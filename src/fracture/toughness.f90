@@ -1,7 +1,8 @@
-!> On what the toughness of a tip depends beside its law: how far it has grown, how fast it is, where it goes to, and the mix of its modes.
+!> Dependence of a tip's toughness beside its law: on extension, speed, direction and mode mix.
 !>
-!> Each is a factor. Those of extension, speed and direction are tables, linear between their points and constant beyond them. A direction is a
-!> line in the material: its table repeats itself after 180 degrees. With the share m of mode II in G, tan(psi)**2 = m/(1 - m),
+!> Each is a factor. Those of extension, speed and direction are tables, linear between their points and constant beyond. A
+!> direction is a line in the material: its table repeats after 180 degrees. With the share m of mode II in G and
+!> tan(psi)**2 = m/(1 - m),
 !>
 !>    1 + tan((1 - lambda) psi)**2              Hutchinson & Suo, Adv. Appl. Mech. 29 (1992) 63, equation 2.42
 !>    1 + (G_II,c/G_I,c - 1) m**eta             Benzeggagh & Kenane, Compos. Sci. Technol. 56 (1996) 439
@@ -15,15 +16,15 @@ module hampm_toughness
 
    real(dp), parameter :: degree = acos(-1.0_dp)/180
 
-   !> How a tip goes on: what its toughness depends on.
+   !> State of an advancing tip on which its toughness depends.
    type :: advance_t
       real(dp) :: speed = 0                      !! [m/s]
       real(dp) :: length = 0                     !! of the whole crack [m]
-      real(dp) :: extension = 0                  !! by which the tip has grown [m]
+      real(dp) :: extension = 0                  !! growth of the tip so far [m]
       real(dp) :: angle = 0                      !! of its direction, from x to the left [rad]
       real(dp) :: shear = 0                      !! share of mode II in G [-]
-      real(dp) :: of_body = 0                    !! toughness of the body there, on a seam the least of those with one; 0: that of &growth [J/m2]
-      logical :: or_of_growth = .false.          !! whether a body that has that of &growth has part in the seam: the lesser of both counts
+      real(dp) :: of_body = 0                    !! toughness of the body there, least of a seam; 0: that of &growth [J/m2]
+      logical :: or_of_growth = .false.          !! whether a body with that of &growth is on the seam: the lesser of both counts
       logical :: is_of_seam = .false.            !! whether bodies of several toughnesses are there
    end type advance_t
 
