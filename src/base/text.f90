@@ -158,7 +158,7 @@ contains
    end function printable
 
    !> The candidate that a misspelt word was probably meant to be, or '' where none is close.
-   !> Close is: the beginning of one candidate alone; few changes of a letter against the length of the word; the beginning of several.
+   !> Close is: the beginning of one candidate alone; few changes of a letter over the length of the word; the beginning of several.
    pure function nearest_name(word, candidates) result(nearest)
       character(*), intent(in) :: word
       character(*), intent(in) :: candidates(:)
