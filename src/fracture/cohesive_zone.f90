@@ -12,7 +12,7 @@ module hampm_cohesive_zone
 
 contains
 
-   !> Let the tips of cracks that cohesion holds ahead move on to where that has failed. A last bit of the cut stays ahead of them.
+   !> Advance the tips of cracks with cohesion ahead to the end of its failed part. A last bit of the cut stays ahead of them.
    pure subroutine follow_zones(cracks, m)
       type(cracks_t), intent(inout) :: cracks
       type(problem_t), intent(inout) :: m

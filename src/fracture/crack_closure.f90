@@ -52,7 +52,7 @@ contains
    pure function path_opening(tip, x, toward, m, interfaces) result(opening)
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(in) :: x(ndim)            !! on the line of a crack, or near it, in the grid [m]
-      real(dp), intent(in) :: toward(ndim)       !! unit vector along the crack to the side whose cells tell, 0: both
+      real(dp), intent(in) :: toward(ndim)       !! unit vector along the crack to the side whose cells are sampled, 0: both
       type(matter_t), intent(in) :: m
       type(interfaces_t), intent(in) :: interfaces
       real(dp) :: opening(modes)

@@ -31,12 +31,12 @@ contains
       type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: number              !! of the tip
-      type(nodal_state_t), intent(in) :: state   !! where there is a domain integral
+      type(nodal_state_t), intent(in) :: state   !! needed for a domain integral
       type(mass_solver_t), intent(inout) :: extrapolation !! solver without fixed components
       type(crack_values_t), intent(inout) :: values
       real(dp), allocatable, intent(out) :: g
       type(failure_t), intent(inout) :: failure
-      real(dp), parameter :: middle(ndim) = 0    ! cells on both sides of the mouth tell
+      real(dp), parameter :: middle(ndim) = 0    ! cells on both sides of the mouth count
       real(dp) :: at_node(modes)                 ! opening of the nodes behind the tip [m]
       real(dp) :: waves                          ! [s]
       type(best_t) :: best
@@ -154,7 +154,7 @@ contains
                                  estimate%error)
             end associate
          end do
-         if (allocated(v%j)) then        ! where material yields or creeps J depends on the domain, and K are of elastic fields
+         if (allocated(v%j)) then        ! J depends on the domain if material yields or creeps, and K are of elastic fields
             history%is_of_none = history%is_of_none .or. material%has_history .or. tip%has_layers .and. .not. tip%phase_length > 0
             if (v%recorded%parts) then
                call record_parts()

@@ -25,7 +25,7 @@ module hampm_crack_tip
       integer :: ahead = 0                       !! node one cell ahead of it
       integer :: half_behind(2) = 0              !! of quadratic cells, as `behind` half a cell behind the tip
       integer :: half_ahead = 0                  !! and half a cell ahead
-      logical :: in_cell = .false.               !! whether the tip is inside a cell that is cut, and at no node
+      logical :: in_cell = .false.               !! whether the tip is inside a cut cell, at no node
       real(dp) :: spacing = 0                    !! distance between the nodes around the tip: the smallest cell there [m]
    end type tip_nodes_t
 
@@ -37,10 +37,10 @@ module hampm_crack_tip
       real(dp) :: now(ndim) = 0                  !! in the grid [m]
       real(dp) :: direction(ndim) = 0            !! unit vector out of the crack there
       real(dp) :: axis(ndim, ndim) = 0           !! unit vectors of its frame: axis(:, k) is direction k
-      logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
+      logical :: face(2) = .true.                !! present faces: one on a symmetry plane, else both
       logical :: has_zone = .false.              !! whether cohesion holds the faces ahead of it
       logical :: has_ended = .false.             !! whether it has run to a surface or another crack: there is no tip any more
-      logical :: has_no_domain = .false.         !! whether it runs to there and no domain of a cell is left around it
+      logical :: has_no_domain = .false.         !! whether it runs to its end and no domain of a cell is left around it
       logical :: may_close = .false.             !! whether interface points keep the faces from interpenetrating
       real(dp) :: grown = 0                      !! advance since the start of the run, by dynamic growth [m]
       real(dp) :: speed = 0                      !! at which it grows in motion [m/s]
@@ -101,7 +101,7 @@ contains
       is_half = .not. all(self%face)
    end function is_half
 
-   !> Which face of the line of its crack there is, as one walks along that.
+   !> The only face of the line of its crack, seen along the line.
    pure integer function only_face(self)
       class(crack_tip_t), intent(in) :: self
       only_face = both_faces
@@ -116,7 +116,7 @@ contains
       if (self%is_half()) inward = merge(1, -1, self%face(upper))*self%axis(:, 2)
    end function into_half
 
-   !> Find the nodes in a grid. `found` tells whether all of them are there; else nothing changes.
+   !> Find the nodes in a grid. `found`: all of them are there; else nothing changes.
    pure subroutine find_nodes(self, grid, found)
       class(crack_tip_t), intent(inout) :: self
       type(grid_t), intent(in) :: grid

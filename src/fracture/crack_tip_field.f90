@@ -91,7 +91,7 @@ contains
       call find_factors(field)
    end function new_tip_field
 
-   !> Let a tip in isotropic material run, at less than the speed of Rayleigh waves.
+   !> Make a tip in isotropic material run, below the speed of Rayleigh waves.
    pure subroutine let_run(field, material, speed)
       type(tip_field_t), intent(inout) :: field
       type(material_t), intent(in) :: material
@@ -227,7 +227,7 @@ contains
       integer :: k
       do k = 1, 2
          z = cmplx(x(1), self%a(k)*x(2), dp)
-         f(k) = 1/(sqrt(z)*z**more)              ! with the sign of a zero, which tells the face of the crack
+         f(k) = 1/(sqrt(z)*z**more)              ! with the sign of a zero, for the face of the crack
       end do
       gradient = 0
       associate (d => self%a(1), s => self%a(2), re => real(f, dp), im => aimag(f))

@@ -172,7 +172,7 @@ contains
       if (is_by_k(tip)) best_rate = v%g_of_k
    end function best_rate
 
-   !> Whether that is by K, which a tip that grows, and one beside layers, has not.
+   !> Whether that is by K, which is missing for a growing tip and beside layers.
    pure logical function is_by_k(tip)
       type(crack_tip_t), intent(in) :: tip
       is_by_k = tip%nodes%in_cell .and. .not. tip%grown > 0 .and. (tip%phase_length > 0 .or. .not. tip%has_layers)

@@ -21,14 +21,14 @@ module hampm_cracks
    public :: crack_t, cracks_t, first_point, last_point, archive_cracks, open_planes, take_planes
 
 
-   real(dp), parameter :: straight = 1e-14_dp    !! 1 less the cosine of an angle that is no kink
+   real(dp), parameter :: straight = 1e-14_dp    !! 1 less the cosine of the largest angle without a kink
 
    !> A crack: a line in the reference configuration, in the order in which one walks along it.
    type, extends(line_t) :: crack_t
       character(name_len) :: kind = ''           !! 'symmetry', 'line' or 'path'
       character(name_len) :: name = ''           !! of a path, '' where it has none
       logical :: grows = .false.                 !! whether it does: then its tips are at nodes by chance only
-      real(dp) :: mouth(ndim) = 0                !! where the opening at the mouth is measured, on the crack [m]
+      real(dp) :: mouth(ndim) = 0                !! place of the opening at the mouth, on the crack [m]
       real(dp) :: outside = 0                    !! length of its ends that are out of the material [m]
       logical :: waits = .false.                 !! whether it is absent so far: its points are outside the material, without cuts
       real(dp), allocatable :: given(:, :)       !! of one that may appear: where it does, as a whole [m]
@@ -43,7 +43,7 @@ module hampm_cracks
    type :: cracks_t
       type(crack_t), allocatable :: crack(:)
       type(crack_tip_t), allocatable :: tips(:)
-      type(region_t), allocatable :: regions(:)  !! where planes of solids are cracked
+      type(region_t), allocatable :: regions(:)  !! cracked regions of planes of solids
       type(front_t), allocatable :: fronts(:)    !! of these
       real(dp) :: spacing = 0                    !! largest distance of points of a line that moves with the material; 0 if lines
                                                  !! are fixed, as the grid is of the reference configuration [m]
@@ -164,7 +164,7 @@ contains
       end associate
    end subroutine hide
 
-   !> Let a crack that waits be there, over a length in the material from its first point on.
+   !> Insert a waiting crack, over a length in the material from its first point on.
    pure subroutine show(self, crack, length)
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: crack               !! its number
@@ -201,7 +201,7 @@ contains
             tip%place = new%place
             tip%axis = new%axis
             tip%has_ended = new%has_ended
-            if (self%carries(crack)) cycle       ! the grid tells where it is
+            if (self%carries(crack)) cycle       ! the grid has its place
             tip%now = new%now
             tip%direction = new%direction
          end associate
@@ -262,7 +262,7 @@ contains
       end associate
    end subroutine plan_way
 
-   !> Forget the way that is planned for a tip: the crack ends at it.
+   !> Cancel the planned path of a tip: the crack ends at it.
    pure subroutine forget_way(self, number)
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: number              !! of the tip
@@ -295,7 +295,7 @@ contains
       end associate
    end subroutine plan_end
 
-   !> Where the crack of a tip ends at its side, bonded or not [m].
+   !> End of the crack of a tip on its side, bonded or not [m].
    pure function end_place(self, number) result(x)
       class(cracks_t), intent(in) :: self
       integer, intent(in) :: number              !! of the tip
@@ -480,7 +480,7 @@ contains
       end do
    end subroutine archive_fronts
 
-   !> Let the planes of a grid be cracked as the cracks have it.
+   !> Apply the cracked regions to the planes of a grid.
    pure subroutine open_planes(cracks, planes)
       type(cracks_t), intent(in) :: cracks
       type(plane_cut_t), allocatable, intent(inout) :: planes(:)
@@ -491,7 +491,7 @@ contains
       end do
    end subroutine open_planes
 
-   !> Let the cracks be where the planes of a grid are cracked.
+   !> Take the cracked regions from the planes of a grid.
    pure subroutine take_planes(cracks, planes)
       type(cracks_t), intent(inout) :: cracks
       type(plane_cut_t), intent(in) :: planes(:)

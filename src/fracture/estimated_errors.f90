@@ -63,7 +63,7 @@ contains
       real(dp), intent(in) :: value(:), best(:)  !! by mode, in the unit of the column; only their sizes count
       real(dp), intent(in) :: correction(:)      !! relative correction of `best` in the estimate [-]
       logical, intent(in) :: are_exact           !! whether values are exact up to the correction, as of quadratic cells
-      real(dp), intent(in) :: least              !! of a mode that is there, over the other [-]
+      real(dp), intent(in) :: least              !! least ratio of a present mode to the other [-]
       real(dp) :: relative(size(value))          !! [-]
       logical :: there(size(value))
       there = abs(best) > least*maxval(abs(best)) .and. abs(value) > least*maxval(abs(value))

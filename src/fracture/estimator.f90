@@ -55,7 +55,7 @@ module hampm_estimator
 
 contains
 
-   !> Energy release rate of both modes together [J/m2]: the signs of the modes tell only which way the faces part and slide.
+   !> Energy release rate of both modes together [J/m2]: the signs of the modes are only directions of opening and sliding.
    pure real(dp) function total(g)
       real(dp), intent(in) :: g(modes)           !! [J/m2]
       total = sum(abs(g))

@@ -49,7 +49,7 @@ module hampm_expected_error
    integer, parameter :: most_turns = 5              !! of solving and looking which faces part
    integer, parameter :: most_pairs = 3              !! behind the tip that are closed
 
-   !> Unknowns of the largest problem that is solved: it takes about a gigabyte.
+   !> Unknowns of the largest problem solved: about a gigabyte.
    integer, parameter :: most_unknowns = 500000
 
    !> Shortness of the crack of the cells, in cells at the tip, by mode: short + by_stiffness x/(1 + x/stiff), x = lambda/mu of the
@@ -167,7 +167,7 @@ contains
       to_g = merge(2.0_dp, 1.0_dp, tips(1)%is_half())/(thickness*tips(1)%nodes%spacing)
       call condense_onto_faces(condensation, pairs, size(tips) - 1, to_g, shortness_of(m, tips(1)), tips(1)%has_layers, crack)
       where (abs(crack%g) < hardly**2*sum(abs(crack%g))) crack%g = max(crack%g, 0.0_dp) ! rounding, of any sign
-      ! Else its modes share rounding, or G changes so much from cell to cell that no parabola tells it
+      ! Else its modes share rounding, or G changes too much from cell to cell for a parabola
       crack%known = all(crack%g >= 0) .and. sum(crack%g) > to_g*no_work*crack%energy
       if (crack%known) call find_far_error(m, tips, condensation, to_g, crack)
    end subroutine find_static_crack
@@ -189,7 +189,7 @@ contains
       if (.not. model%known) return
       before = m%interfaces
       call full_loads(m, force)
-      if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not those that stop bodies, which have no size
+      if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not forces that stop bodies, which have no size
       call add_eigenstrains(m, force)
       largest = maxval(abs(force))
       call find_free_motions(m, model%free)
@@ -211,7 +211,7 @@ contains
       model%energy = model%scale*sum(force*model%u)/2
    end subroutine find_equilibrium
 
-   !> Let faces in contact that a displacement parts be open, and stay so. `is_new` tells whether any were not so before.
+   !> Open faces in contact that a displacement separates, for good. `is_new`: any were closed before.
    pure subroutine part_faces(interfaces, u, is_new)
       type(interfaces_t), intent(inout) :: interfaces
       real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
@@ -404,7 +404,7 @@ contains
       type(condensation_t), intent(in) :: condensation
       real(dp), intent(in) :: to_g
       type(static_crack_t), intent(inout) :: crack
-      real(dp), allocatable :: u(:, :, :)        ! as it is, and with the first pair closed [m]
+      real(dp), allocatable :: u(:, :, :)        ! present, and with the first pair closed [m]
       real(dp) :: force(size(condensation%parting)), work(modes), places(ndim, size(tips), 2), missing(2)
       integer :: k
       call condensation%close_pairs([1], force, work)

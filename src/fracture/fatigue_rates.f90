@@ -20,7 +20,7 @@ contains
       character(*), intent(in) :: rate           !! 'paris', 'walker' or 'forman'
       real(dp), intent(in) :: range              !! of K [Pa sqrt(m)]
       real(dp), intent(in) :: ratio              !! least over largest K, 0 at least [-]
-      real(dp), intent(in) :: part               !! largest K over K_c, 0 where that is not given [-]
+      real(dp), intent(in) :: part               !! largest K over K_c, 0 if not given [-]
       real(dp) :: counting
       fatigue_rate = 0
       if (range <= value_of(constants, 'threshold', 0.0_dp)) return

@@ -47,10 +47,10 @@ contains
       type(problem_t), intent(in) :: problem
       real(dp), allocatable, intent(out) :: rate(:, :, :)
       type(sides_t) :: sides
-      real(dp), allocatable :: u(:, :)           ! displacement of points as far as it is known
+      real(dp), allocatable :: u(:, :)           ! displacement of points, where known
       logical, allocatable :: is_known(:)
       real(dp) :: cell, across(ndim), pressure
-      integer :: i, k, side                      ! on which there is material, of a plane of symmetry
+      integer :: i, k, side                      ! side with material, of a plane of symmetry
       associate (grid => problem%grid, front => domain%front, cut => problem%grid%planes(domain%front%crack))
          allocate (rate(front_modes, front%n(), closed_ways), source=0.0_dp)
          allocate (u(ndim, grid%n_points), is_known(grid%n_points))

@@ -167,7 +167,7 @@ contains
       integer :: n, i
       associate (grid => problem%grid, blocks => problem%blocks)
          allocate (is_near(grid%n_points), source=.false.)
-         do i = 1, grid%n_points                 ! those that hang are among nodes that do not, two cells away or less
+         do i = 1, grid%n_points                 ! hanging nodes are among nodes that do not hang, two cells away or less
             place = locate(domain%front, grid%node_position(:, i), maxval(domain%radius) + 2*grid%finest_cell)
             is_near(i) = place%node > 0
          end do

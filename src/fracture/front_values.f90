@@ -97,7 +97,7 @@ contains
       end do
    end subroutine renew_front_values
 
-   !> Zeros at so many hats.
+   !> Zeros at a number of hat functions.
    pure type(measured_t) function nothing_measured(hats) result(measured)
       integer, intent(in) :: hats
       allocate (measured%g(hats), measured%g_error(hats), measured%scatter(hats), source=0.0_dp)
@@ -155,7 +155,7 @@ contains
       integer, intent(in) :: number
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: grows
-      integer, intent(in) :: hats                !! how many places there are to be; 0: so many as suit it
+      integer, intent(in) :: hats                !! number of places; 0: as many as suit it
       type(front_values_t), intent(out) :: values
       real(dp) :: room
       integer :: i, node
@@ -184,7 +184,7 @@ contains
                              - p%volume(i)**(1.0_dp/ndim))
          end do
          domain%walls = problem%grid%planes(front%crack)%walls
-         do i = 1, size(domain%walls)            ! nor holes, but those at whose wall the front ends
+         do i = 1, size(domain%walls)            ! nor holes, except those at whose wall the front ends
             associate (wall => domain%walls(i))
                if (wall%is_hole .and. .not. front%ends_at(wall)) &
                   room = min(room, minval([(wall%distance(front%at(:, node)), node=1, front%n())]))
@@ -498,7 +498,7 @@ contains
       end do
    end subroutine front_fields
 
-   !> Where along its front each place is: in hats from the first on, at the nearest place of the front.
+   !> Position of each place along its front, at the nearest place of the front: in hat functions from the first on.
    pure function part_along(values, places) result(at)
       type(front_values_t), intent(in) :: values
       real(dp), intent(in) :: places(:, :)       !! [m], (ndim, any)
@@ -532,7 +532,7 @@ contains
       value = values(k + 1) + (along - k)*(values(modulo(k + 1, size(values)) + 1) - values(k + 1))
    end function between_hats
 
-   !> The part of the front that each hat stands for.
+   !> The part of the front of each hat function.
    pure function parts_of(values) result(part)
       type(front_values_t), intent(in) :: values
       real(dp) :: part(size(values%arc))

@@ -73,14 +73,14 @@ contains
       is_cyclic = associated(self%rate)
    end function is_cyclic
 
-   !> A speed that is constant [m/s].
+   !> Constant speed [m/s].
    pure real(dp) function prescribed_speed(constants, time) result(speed)
       type(constant_t), intent(in) :: constants(:)
       real(dp), intent(in) :: time
       speed = value_of(constants, 'speed', 0.0_dp)
    end function prescribed_speed
 
-   !> A toughness that is constant, or rises with the speed beyond all bounds at `limit_speed` [J/m2].
+   !> Constant toughness, or one that rises with the speed, without bound at `limit_speed` [J/m2].
    pure real(dp) function toughness_at_speed(constants, speed, length) result(toughness)
       type(constant_t), intent(in) :: constants(:)
       real(dp), intent(in) :: speed, length

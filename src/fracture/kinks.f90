@@ -1,4 +1,4 @@
-!> Where a crack in mixed mode grows to: the angle of its kink.
+!> Growth direction of a crack in mixed mode: the angle of its kink.
 !>
 !> Angles are positive to the left, seen along the crack. K_II > 0 turns a crack to the right.
 !>

@@ -176,7 +176,7 @@ contains
       if (size(h, 2) > ndim) stress(n_stress + 1) = material%small_hoop_stress(h_in_plane, hoop)
    end function stress_of
 
-   !> Particles as they are where their points have a displacement; with a place only those in cells nearer to it than a distance.
+   !> Particles at the displaced points; with a place only those in cells nearer to it than a distance.
    pure subroutine displace(m, u, p, place, distance)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)

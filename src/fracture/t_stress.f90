@@ -53,7 +53,7 @@ contains
       call find_mean_slope(domain, problem%materials, p, places, c)
       allocate (t(size(domain%radius)), source=0.0_dp)
       axes = frame_along(domain%direction)
-      from_force = 0                             ! where there is a singular part the force acts where K has its origin
+      from_force = 0                             ! with a singular part the force acts at the origin of K
       if (domain%is_ring .or. domain%material%is_graded()) from_force(1) = domain%tip_offset_of(1)
       total = 0
       outward = 0
@@ -79,7 +79,7 @@ contains
       t = t/domain%thickness
       if (domain%is_ring .or. domain%material%is_graded()) t = t + singular_part(domain, k)
       t = c(1) + merge(2, 1, domain%half)*t - on_faces(2)*domain%field%opening_of_force()
-      on_faces(2) = on_faces(2) - domain%pressure ! which is taken off the stress of the particles
+      on_faces(2) = on_faces(2) - domain%pressure ! subtracted from the stress of the particles
       if (domain%is_ring) t = t + domain%material%stress_across(matmul(axes(:, :1), transpose(axes(:, :1)))) &
                               *outward/(total*domain%tip(1))
       idle = matmul(transpose(axes), matmul(domain%material%stress_at_first(), axes))

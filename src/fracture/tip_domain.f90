@@ -61,7 +61,7 @@ module hampm_tip_domain
    !> A particle in the discs. Vectors are in the axes of the crack, the first of which is its direction.
    type :: place_t
       integer :: particle
-      integer :: point(points_of_quadratic)      !! on which its values depend, as many as there are functions
+      integer :: point(points_of_quadratic)      !! points of its values, as many as there are functions
       real(dp) :: shape(points_of_quadratic)     !! their functions there [-]
       real(dp) :: weight                         !! in means over the discs, besides its volume [-]
       real(dp) :: unit(ndim, ndim, modes)        !! displacement gradient of a unit K of each mode, 0 at the tip
@@ -158,7 +158,7 @@ contains
       end do
    end function nodes_at_others
 
-   !> List the particles in the discs of a tip, with their weights in means; those that were found stay where nothing has moved.
+   !> List the particles in the discs of a tip, with their weights in means; found ones stay where nothing has moved.
    pure subroutine list_places(domain, grid, blocks, p, places)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
@@ -267,7 +267,7 @@ contains
       integer :: mode
       place%unit = 0
       do mode = 1, modes
-         from_mode = in_plane(x(1) + domain%tip_offset_of(mode), x(2)) ! the sign of the second tells the faces apart where it is 0
+         from_mode = in_plane(x(1) + domain%tip_offset_of(mode), x(2)) ! the sign of a zero second component gives the face
          associate (a => place%unit(:, :, mode))
             if (norm(from_mode) >= singular*size) then
                a = field%gradient(mode, from_mode)
@@ -305,7 +305,7 @@ contains
       class(tip_domain_t), intent(in) :: self
       integer, intent(in) :: mode
       tip_offset_of = merge(self%tip_offset(mode), tip_offset(mode), self%tip_offset(mode) > 0)*self%cell
-      if (self%field%is_at_interface) & ! where either K has both modes
+      if (self%field%is_at_interface) & ! either K has both modes
          tip_offset_of = sum(merge(self%tip_offset, tip_offset, self%tip_offset > 0))/modes*self%cell
    end function tip_offset_of
 
@@ -319,7 +319,7 @@ contains
       in_axes = matmul(turned, axes)
    end function in_axes
 
-   !> Where a place in the grid is from the tip, in the axes of the crack [m].
+   !> Position of a place in the grid relative to the tip, in the axes of the crack [m].
    pure function from_tip(self, x, total_frame)
       class(tip_domain_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]

@@ -60,7 +60,7 @@ contains
       type(particles_t), intent(in) :: p
       type(nodal_state_t), intent(in) :: state
       type(crack_values_t), intent(inout) :: values
-      real(dp), intent(in), optional :: shift(ndim) !! from the tip to where it is sought [m]
+      real(dp), intent(in), optional :: shift(ndim) !! from the tip to its assumed place [m]
       type(tip_domain_t) :: domain
       type(tip_field_t) :: field, fields(2)
       type(closed_faces_t) :: closed

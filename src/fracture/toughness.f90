@@ -100,7 +100,7 @@ contains
       end if
    end function at
 
-   !> The same of a table of directions, which repeats itself.
+   !> The same for a periodic table of directions.
    pure real(dp) function around(self, x) result(factor)
       class(table_t), intent(in) :: self
       real(dp), intent(in) :: x                  !! [deg]

@@ -1,4 +1,4 @@
-!> Where a body is: the box around it and, of all but a rectangle along the grid lines without holes, its outline.
+!> Shape of a body: the box around it and, except for a rectangle along the grid lines without holes, its outline.
 module hampm_body_shape
    use hampm_kinds, only: dp, ndim
    use hampm_outline, only: outline_t, ring_t, polygon_ring, box_ring

@@ -9,7 +9,7 @@ module hampm_crack_lines
              first_point, last_point
 
    integer, parameter :: first_point = 1, last_point = 2 !! the ends of a line
-   integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! which faces of a line have material
+   integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! faces of a line with material
 
    !> A polyline that cuts.
    type :: line_t
@@ -27,8 +27,8 @@ module hampm_crack_lines
       real(dp) :: grown(2) = 0                   !! advance of each of these tips so far [m]
       integer :: cohesion = 0                    !! number of the cohesive law of its faces; 0: none
       real(dp) :: held(2) = 0                    !! distances from its first point between which it acts [m]
-      integer :: face = both_faces               !! which faces have material: one on a symmetry plane
-      real(dp) :: began(ndim) = 0                !! on a symmetry plane: where the tip at its last point was at first [m]
+      integer :: face = both_faces               !! faces with material: one on a symmetry plane
+      real(dp) :: began(ndim) = 0                !! on a symmetry plane: initial place of the tip at its last point [m]
    contains
       procedure :: open_part
       procedure :: new_part
@@ -103,7 +103,7 @@ contains
       real(dp), intent(in) :: points(:, :), x(ndim) !! [m]
       real(dp), intent(inout) :: nearest         !! the least distance so far [m]
       integer, intent(out) :: last               !! number of the last point of the segment; 0 where none is nearer
-      real(dp), intent(out) :: along             !! where the place is along it, from 0 at its first point to 1 at its last [-]
+      real(dp), intent(out) :: along             !! position along it, from 0 at its first point to 1 at its last [-]
       real(dp) :: distance, way
       integer :: k
       last = 0
@@ -142,7 +142,7 @@ contains
       end do
    end function room_on_line
 
-   !> A polyline without the last part of a length, or without the first [m]; of more rows than two the last two tell the length.
+   !> A polyline without the last part of a length, or without the first [m]; with more than two rows the last two give the length.
    pure function shortened(points, by, from_first) result(shorter)
       real(dp), intent(in) :: points(:, :)       !! [m], (ndim or more, 2 or more)
       real(dp), intent(in) :: by                 !! [m]

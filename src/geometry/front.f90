@@ -38,20 +38,20 @@ module hampm_front
    type :: grid_plane_t
       integer :: axis = ndim                     !! of the normal of the plane
       integer :: along(2) = 1                    !! the axes of the plane, in cyclic order
-      real(dp) :: plane = 0                      !! where the plane is on its axis [m]
+      real(dp) :: plane = 0                      !! place of the plane on its axis [m]
       logical :: is_symmetry = .false.           !! whether the plane is one of symmetry of the model
    contains
       procedure :: in_plane => place_in_plane
       procedure :: in_space => place_in_space
    end type grid_plane_t
 
-   !> Where a plane is cracked.
+   !> The cracked region of a plane.
    type, extends(grid_plane_t) :: region_t
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! of the box around all material in the plane [m]
       real(dp) :: spacing = 0                    !! of the nodes of its fronts, roughly [m]
       real(dp), allocatable :: outline(:, :)     !! corners of the region in the plane [m], (2, any)
       logical, allocatable :: may_be_front(:)    !! of the edge from each corner to the next; the others are far from the material
-      logical, allocatable :: is_corner(:)       !! whether there the outline has a kink, else it stands for a curve
+      logical, allocatable :: is_corner(:)       !! whether the outline has a kink there, not a chord of a curve
       type(outline_t), allocatable :: bodies(:)  !! with material in the plane; not allocated where all of these are boxes
       type(wall_t), allocatable :: walls(:)      !! of these; none of boxes
    contains
@@ -335,7 +335,7 @@ contains
       type(front_t), intent(in) :: fronts(:)
       integer, intent(in) :: number
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
-      real(dp), parameter :: along_side = 1e-6_dp ! difference of normals that is rounding
+      real(dp), parameter :: along_side = 1e-6_dp ! difference of normals by rounding
       real(dp), parameter :: slanted = 0.8_dp
       integer :: k, d, i, next
       associate (front => fronts(number))
@@ -434,7 +434,7 @@ contains
       end do
    end function shrunk
 
-   !> Whether less than all edges are left without such a margin: the region is hardly wider somewhere, or an edge hardly longer.
+   !> Whether such a margin leaves less than all edges: the region is narrow somewhere, or an edge short.
    pure logical function is_narrow(self, by)
       class(region_t), intent(in) :: self
       real(dp), intent(in) :: by                 !! [m]
@@ -484,7 +484,7 @@ contains
       if (area > whole*(1 - rounding)) area = whole
    end subroutine uncracked
 
-   !> The area that is cracked [m2]: of the material, without holes.
+   !> The cracked area [m2]: of the material, without holes.
    pure real(dp) function cracked_area(self) result(area)
       class(region_t), intent(in) :: self
       real(dp) :: rest, middle(2)

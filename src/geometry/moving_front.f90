@@ -14,7 +14,7 @@ module hampm_moving_front
    public :: advance_region, fronts_of
 
    real(dp), parameter :: of_arc = acos(-1.0_dp)/16 !! angle of each chord of the arc that a kink becomes [rad]
-   real(dp), parameter :: kink = 0.5_dp          !! angle between chords beyond which they stand for no curve [rad]
+   real(dp), parameter :: kink = 0.5_dp          !! angle between chords beyond which they are no curve [rad]
    real(dp), parameter :: most = 0.25_dp, shortest = 0.5_dp !! way of a move, and distance of corners that come together, in chords
    integer, parameter :: moves_between_looks = 8 !! whether parts of the outline have met
 
@@ -91,7 +91,7 @@ contains
       meets_itself = .false.
       if (size(fronts) == 0 .or. .not. any(ways > 0)) return
       chord = region%spacing/chords
-      new = moving_t(region%outline, ways_along(region%outline), region%may_be_front, region%is_corner) ! where they are, at first
+      new = moving_t(region%outline, ways_along(region%outline), region%may_be_front, region%is_corner) ! initial places
       call divide(new, region%in_plane(region%lower), region%in_plane(region%upper), chord, sum(side_lengths(region%outline)))
       new%way = ways_at(new%way)
       moves = max(1, ceiling(maxval(new%way)/(most*chord)))
@@ -268,7 +268,7 @@ contains
       end associate
    end function bulge
 
-   !> Let each corner go its way.
+   !> Move each corner by its advance.
    pure subroutine move(new)
       type(moving_t), intent(inout) :: new
       type(moving_t) :: old

@@ -337,7 +337,7 @@ contains
       if (self%area() < 0) m = -m
    end function moments_of_ring
 
-   !> Corners of a ring, anticlockwise; of a circle so many of a polygon in it; in solids places all over the surface [m].
+   !> Corners of a ring, anticlockwise; of a circle a number of points; in solids places all over the surface [m].
    pure function corners_of_ring(self, of_circle) result(points)
       class(ring_t), intent(in) :: self
       integer, intent(in) :: of_circle
@@ -540,7 +540,7 @@ contains
       parts = [parts, pack(arcs, is_in)]
    end subroutine add_arcs
 
-   !> The parts of the surface of a ring in space, flat and round ones as far as they are in a box.
+   !> The parts of the surface of a ring in space, flat and round ones within a box.
    pure function parts_of_surface(ring, lower, upper, origin, spacing) result(parts)
       type(ring_t), intent(in) :: ring
       real(dp), intent(in) :: lower(ndim), upper(ndim), origin(ndim), spacing

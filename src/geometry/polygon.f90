@@ -41,7 +41,7 @@ contains
    !> Distance of a point from all sides of a polygon, or from some [m].
    pure real(dp) function distance_to_polygon(x, points, sides) result(distance)
       real(dp), intent(in) :: x(2), points(:, :) !! [m]
-      logical, intent(in), optional :: sides(:)  !! which count, each from its corner to the next
+      logical, intent(in), optional :: sides(:)  !! sides that count, each from its corner to the next
       real(dp) :: from(2), side(2), part
       integer :: k, next
       distance = huge(distance)
@@ -122,7 +122,7 @@ contains
    !> digit if it is along an axis.
    pure subroutine clip(points, on, inward)
       real(dp), allocatable, intent(inout) :: points(:, :) !! in either sense, (2, any)
-      real(dp), intent(in) :: on(2), inward(2)   !! a place of the line, and its normal of any length, to the side that is kept
+      real(dp), intent(in) :: on(2), inward(2)   !! a place of the line, and its normal of any length, to the kept side
       real(dp) :: kept(2, 2*size(points, 2)), a(2), b(2), of_a, of_b ! corners, and their heights
       integer :: k, n
       if (size(points, 2) == 0) return

@@ -1,9 +1,9 @@
-!> Whether a crack that runs may branch: three criteria, which tell where branches are possible. Tips of this program stay one.
+!> Criteria of crack branching: three conditions for possible branches of a running crack. Tips of this program do not branch.
 !>
 !> - Its speed over that of Rayleigh waves: experiments show branches from 0.4 to 0.7 on (docs/explanation/resistance.md).
-!>   - The angle of the largest hoop stress: it leaves 0 at about two thirds of that speed (Yoffe, Phil. Mag. 42 (1951) 739).
-!>   - The static energy release rate under the same loads, G/g(v), over twice the static toughness: from 1 on it is enough
-!>     for two slow tips (Eshelby, Inelastic Behaviour of Solids (1970) 77; Freund, Dynamic Fracture Mechanics (1990), section 6.4).
+!> - The angle of the largest hoop stress: it leaves 0 at about two thirds of that speed (Yoffe, Phil. Mag. 42 (1951) 739).
+!> - The static energy release rate under the same loads, G/g(v), over twice the static toughness: from 1 on it is enough
+!>   for two slow tips (Eshelby, Inelastic Behaviour of Solids (1970) 77; Freund, Dynamic Fracture Mechanics (1990), section 6.4).
 module hampm_branching
    use hampm_kinds, only: dp
    use hampm_crack_groups, only: growth_t

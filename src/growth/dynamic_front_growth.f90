@@ -38,7 +38,7 @@ module hampm_dynamic_front_growth
    !> A crack in a plane.
    type :: growing_plane_t
       logical :: grows = .false.                 !! whether there is a &growth for it
-      logical :: has_stopped = .false.           !! whether it has stopped, for good
+      logical :: has_stopped = .false.           !! whether it has stopped permanently
       logical :: is_running = .false.            !! whether some of its front has moved in the last step
       integer :: fronts = 0                      !! how many it had then
       integer :: open_ends = 0                   !! of which had ends on sides
@@ -261,7 +261,7 @@ contains
 
    contains
 
-      !> Tell something of the crack, once.
+      !> Add a message about the crack, once.
       subroutine tell(what)
          character(*), intent(in) :: what
          if (.not. allocated(message)) message = ''

@@ -197,7 +197,7 @@ contains
       end associate
    end subroutine choose_direction
 
-   !> The next point of a way: a little beyond the leaf or, where that comes first, a point of a given path, which `at_kink` tells.
+   !> The next point of a path: a little beyond the leaf or, if nearer, a point of a given path (`at_kink`).
    subroutine next_point(m, cracks, growing, k, of, from, direction, cells, to, beyond, at_kink)
       type(problem_t), intent(in) :: m
       type(cracks_t), intent(in) :: cracks
@@ -440,14 +440,14 @@ contains
          if (growing%tips(k)%has_parted) way_of = max(0.0_dp, min(growing%tips(k)%owed + released, fastest*dt, most))
       end function way_of
 
-      !> The speed that it has then, of late [m/s].
+      !> Its recent speed [m/s].
       real(dp) function new_speed(released)
          real(dp), intent(in) :: released        !! [m]
          new_speed = growing%tips(k)%speed + (way_of(released)/dt - growing%tips(k)%speed)*of_step
       end function new_speed
    end subroutine move_by_toughness
 
-   !> Time over which the speed of a tip is one of late [s].
+   !> Averaging time of the recent speed of a tip [s].
    pure real(dp) function memory_of(of, advance, cell, material) result(memory)
       type(growth_t), intent(in) :: of
       type(advance_t), intent(in) :: advance
@@ -589,7 +589,7 @@ contains
       real(dp) :: rate, middle(ndim)
       integer :: k
       do k = 1, size(values)
-         rate = growing%tips(k)%rate             ! of a tip that is measured no more
+         rate = growing%tips(k)%rate             ! of a tip that is no longer measured
          if (cracks%tips(k)%is_measured()) rate = best_rate(values(k), cracks%tips(k))
          middle = cracks%tips(k)%now - (cracks%tips(k)%grown - growing%tips(k)%booked)/2*cracks%tips(k)%direction
          growing%integral = growing%integral + part_of_crack(cracks%tips(k))*model%run%thickness%at(middle) &

@@ -28,7 +28,7 @@ module hampm_growing
    !> How a tip of the run grows.
    type :: growing_tip_t
       logical :: grows = .false.                 !! whether there is a &growth for it
-      logical :: has_stopped = .false.           !! whether it has stopped, for good
+      logical :: has_stopped = .false.           !! whether it has stopped permanently
       logical :: has_ended = .false.             !! whether it has reached its end and a message says so: it is no longer a tip
       logical :: is_loose = .false.              !! in motion: whether nothing holds the faces on its way any more since then
       real(dp) :: rate = 0                       !! energy release rate, last measured; static: of the step before [J/m2]
@@ -52,13 +52,13 @@ module hampm_growing
       logical :: is_running = .false.            !! of law = toughness: whether it has reached that
       logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
       logical :: has_parted = .false.            !! law = toughness: the zone of failing cohesive points is complete: it moves
-      real(dp) :: speed = 0                      !! of the same: of late [m/s]
-      real(dp) :: memory = 0                     !! of how late [s]
+      real(dp) :: speed = 0                      !! of the same: recent speed [m/s]
+      real(dp) :: memory = 0                     !! averaging time of it [s]
       real(dp) :: owed = 0                       !! the same: advance deficit, for which cohesive points have failed already [m]
-      real(dp) :: reserve = 0                    !! part of its way that is planned at which the next is planned [m]
+      real(dp) :: reserve = 0                    !! rest of its planned path at which the next is planned [m]
       integer :: next_of_path = 1                !! direction = path: number of the next point
       integer :: looks = 0                       !! how often K was taken since the last turn
-      real(dp) :: sum_of_k(modes) = 0            !! sum of those [Pa sqrt(m)]
+      real(dp) :: sum_of_k(modes) = 0            !! sum of these samples [Pa sqrt(m)]
       real(dp) :: shear = 0                      !! mode II share of G at the last measurement [-]
       real(dp) :: last_turn = -huge(1.0_dp)      !! its advance at the last turn too strong for a domain integral [m]; below 0: none
       real(dp) :: room = 0                       !! around it for these [m]
@@ -93,11 +93,11 @@ module hampm_growing
       real(dp) :: load = 0                       !! of a load frame [N]
       real(dp) :: way = 0                        !! its displacement at the specimen [m]
       real(dp) :: frame_way = 0                  !! that at its other end [m]
-      real(dp) :: controlled = 0                 !! of the quantity that is controlled, at the end of the step before
+      real(dp) :: controlled = 0                 !! of the controlled quantity, at the end of the step before
       real(dp) :: compliance = 0                 !! change of `frame_way` with the load factor, last measured; 0: not known [m]
       real(dp) :: part = 1                       !! part of an increment for the advance of tips
       logical :: have_onsets = .false.           !! whether cracks may appear
-      integer :: onset_crack = 0                 !! number of the one that is about to; 0: none
+      integer :: onset_crack = 0                 !! number of the next one; 0: none
       real(dp) :: onset_length = 0               !! length with which it does [m]
       real(dp) :: onset_released = 0             !! energy that it releases then, over its area [J/m2]
       logical :: waits = .false.                 !! whether tips below their toughness do not advance
@@ -299,7 +299,7 @@ contains
       call new_fatigue(model%cycles, growing%tips%law, growing%fatigue)
    end subroutine new_growing
 
-   !> Direction from a place to the next point of a given path that is not there already; behind the last one straight on.
+   !> Direction from a place to the next point of a given path beyond it; straight on after the last one.
    function to_next_point(self, tip, points, from, before) result(direction)
       class(growing_t), intent(inout) :: self
       integer, intent(in) :: tip
@@ -320,7 +320,7 @@ contains
       end do
    end function to_next_point
 
-   !> Let the radii of a tip be the usual ones where there is room for them, and no strong turn of its crack in them.
+   !> Give a tip its usual radii if there is room for them without a strong turn of its crack.
    subroutine fit_radii(self, number, least, tip)
       class(growing_t), intent(in) :: self
       integer, intent(in) :: number              !! of the tip
@@ -506,7 +506,7 @@ contains
          law = growing%law_at(model, cracks, k, time)
          growing%tips(k)%branching = branching_t()
          if (law == 0) cycle
-         rate = 0                                ! of a tip that is not measured any more
+         rate = 0                                ! of a tip that is no longer measured
          if (cracks%tips(k)%is_measured()) rate = best_rate(values(k), cracks%tips(k))
          growing%tips(k)%branching = criteria_of(materials(cracks%tips(k)%material_in(materials)), cracks%tips(k), &
                                                  model%growth(law), growing%advance_of(model, cracks, k), rate)

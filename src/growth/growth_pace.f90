@@ -38,7 +38,7 @@ contains
       allocate (pace%tips(size(growing%tips)))
    end subroutine begin_pace
 
-   !> After a trial: choose the ways of the next one. `is_over` tells that none is needed.
+   !> After a trial: choose the next advances. `is_over`: none are needed.
    subroutine follow_pace(pace, growing, cracks, dt, is_over)
       type(pace_t), intent(inout) :: pace
       type(growing_t), intent(inout) :: growing

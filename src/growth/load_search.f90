@@ -55,7 +55,7 @@ contains
       self%ratio(:, self%n) = ratio
    end subroutine note
 
-   !> Choose the next load factor. `is_found` tells that it is the last one.
+   !> Choose the next load factor. `is_found`: it is the last one.
    pure subroutine choose(self, next, is_found)
       class(load_search_t), intent(in) :: self
       real(dp), intent(out) :: next

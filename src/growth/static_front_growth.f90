@@ -88,7 +88,7 @@ contains
                     [(growing%is_growing(k), k=1, size(next))])
    end function ratios_of_points
 
-   !> Let fronts advance by the ways of their points. `have_moved` tells whether any has.
+   !> Advance fronts by the advances of their points. `have_moved`: any has.
    subroutine advance_points(growing, model, fronts, cracks, have_moved, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
@@ -148,7 +148,7 @@ contains
 
    contains
 
-      !> Tell something once.
+      !> Add a message once.
       subroutine tell(what)
          character(*), intent(in) :: what
          if (.not. allocated(message)) message = ''
@@ -181,7 +181,7 @@ contains
                has_room = has_room .and. body_at(model, front%at(:, node)) > 0 &
                           .and. distance_to_loads(model, front%at(:, node)) >= to_loads*finest_cell(model)
             end do
-            do other = 1, size(cracks%regions(c)%walls) ! holes in the plane are those at which it ends
+            do other = 1, size(cracks%regions(c)%walls) ! the front ends at holes in the plane
                associate (wall => cracks%regions(c)%walls(other))
                   if (wall%is_hole .and. size(wall%section(front%axis, front%plane)) == 0) has_room = has_room .and. &
                      all([(wall%distance(front%at(:, node)) >= least_radius(model), node=1, front%n())])
@@ -198,7 +198,7 @@ contains
          are = [(spread(f == number, 1, size(fronts(f)%arc)), f=1, size(fronts))]
       end function are_of
 
-      !> Let fronts of the crack stay where they are, for good.
+      !> Stop fronts of the crack permanently.
       subroutine stop_fronts(why)
          character(*), intent(in) :: why
          do i = 1, size(of_crack)

@@ -152,7 +152,7 @@ contains
       end subroutine try_to_advance
    end subroutine advance_tips
 
-   !> Let the radii of a tip be the usual ones, or such as there is room for, also before another material.
+   !> Give a tip its usual radii, or smaller ones for its room, also before another material.
    pure subroutine fit_domains(model, usual, most, tip)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: usual(:), most     !! [m]
@@ -180,7 +180,7 @@ contains
    !> How much K_II tips have: atan2(K_II, K_I) [rad].
    pure function mixities_of(values, tip) result(mixity)
       type(crack_values_t), intent(in) :: values(:) !! of all tips
-      integer, intent(in) :: tip(:)              !! numbers of those that are wanted
+      integer, intent(in) :: tip(:)              !! numbers of the requested ones
       real(dp) :: mixity(size(tip))
       integer :: k
       mixity = [(atan2(values(tip(k))%intensity(2), values(tip(k))%intensity(1)), k=1, size(tip))]
@@ -309,7 +309,7 @@ contains
       if (size(m%loads) > 0) has_held_drive = has_held_drive .or. any(m%loads%history%held)
    end function has_held_drive
 
-   !> Whether anything that is scaled drives a body now.
+   !> Whether any scaled load drives a body now.
    pure logical function has_scaled_drive(m)
       type(problem_t), intent(in) :: m
       integer :: k

@@ -12,7 +12,7 @@ module hampm_body_group
    !> How the material of a graded body changes.
    type :: profile_t
       real(dp) :: direction(ndim) = 0            !! of any length
-      real(dp), allocatable :: at(:)             !! places along it from the origin on [m]; none of a body that is not graded
+      real(dp), allocatable :: at(:)             !! places along it from the origin on [m]; none if not graded
       real(dp), allocatable :: stiffness(:), density(:), eigenstrain(:) !! factors there [-]
    end type profile_t
 
@@ -47,7 +47,7 @@ contains
       end do
    end subroutine fill_bodies
 
-   !> Take all that are holes, and let the bodies in which they are know of them.
+   !> Take all groups of holes, and register them in their bodies.
    pure subroutine fill_holes(settings, bodies, holes)
       type(settings_t), intent(in) :: settings
       type(body_t), intent(inout) :: bodies(:)

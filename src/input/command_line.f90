@@ -25,7 +25,7 @@ module hampm_command_line
       logical :: keys = .false.                    !! print the reference of all keys
       logical :: rules = .false.                   !! print the rules between keys
       logical :: json = .false.                    !! print these for programs
-      logical :: quiet = .false.                   !! no progress on the terminal, no steps to tell the wall time by
+      logical :: quiet = .false.                   !! no progress on the terminal, no wall times of steps
       logical :: version = .false.
       logical :: help = .false.
    end type options_t
@@ -109,7 +109,7 @@ contains
       call errors%tell(failure)
    end subroutine parse_arguments
 
-   !> A run that is resumed has its model, of which only when checkpoints are written can be changed.
+   !> A resumed run has its model; only its checkpoint times can be changed.
    pure subroutine check_resume(options, errors)
       type(options_t), intent(in) :: options
       type(input_errors_t), intent(inout) :: errors
@@ -134,7 +134,7 @@ contains
       is_one_of = any([(index(lower_case(adjustl(text)), trim(keys(k))) == 1, k=1, size(keys))])
    end function is_one_of
 
-   !> Whether overrides of a run that is resumed are of when it ends, which is a part of its model.
+   !> Whether overrides of a resumed run concern its end, which is a part of its model.
    pure logical function changes_model(options)
       type(options_t), intent(in) :: options
       integer :: i

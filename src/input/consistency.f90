@@ -215,7 +215,7 @@ contains
       end associate
    end subroutine check_profile
 
-   !> The key that tells where a body is.
+   !> The key that gives the place of a body.
    pure function place_key(body) result(key)
       type(body_t), intent(in) :: body
       character(:), allocatable :: key
@@ -248,7 +248,7 @@ contains
    pure subroutine check_within_grid(model, settings, i)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
-      integer, intent(in) :: i                     !! which body
+      integer, intent(in) :: i                     !! number of the body
       character(:), allocatable :: extent
       real(dp) :: tol
       integer :: entry
@@ -333,7 +333,7 @@ contains
       if (has_bodies) call check_room(model, settings, entry)
    end subroutine check_refine
 
-   !> The box in which cells may refine has an extent and holds material. A corner that is not given sets no limit.
+   !> The box in which cells may refine has an extent and holds material. An absent corner sets no limit.
    pure subroutine check_region(model, settings, entry, has_bodies)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings

@@ -71,7 +71,7 @@ contains
                              'must be on an edge of a body that reaches a cell behind and ahead of it, for kind = ''symmetry''')
    end subroutine check_edge
 
-   !> On the symmetry line, nodes from the tip on are held in the normal direction and those behind are free.
+   !> On the symmetry line, nodes from the tip on are fixed in the normal direction, nodes behind are free.
    pure subroutine check_symmetry(model, settings, entry)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings

@@ -15,7 +15,7 @@ module hampm_crack_groups
 
    !> &crack.
    type, extends(crack_keys_t) :: path_spec_t
-      character(name_len) :: key = 'points'      !! which tells where it is
+      character(name_len) :: key = 'points'      !! key of its place
       logical :: contact = .false.               !! whether its faces press on each other
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: held_from = 0                  !! distance along its points at which cohesion begins to hold its faces,
@@ -138,7 +138,7 @@ contains
       depends_on_speed = self%factors%of_speed%is_there() .or. self%toughness_at(fast) > self%toughness_at(slow)
    end function depends_on_speed
 
-   !> Speed that is given at a time [m/s].
+   !> Prescribed speed at a time [m/s].
    pure real(dp) function speed_at(self, time)
       class(growth_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]

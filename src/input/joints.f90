@@ -15,14 +15,14 @@ contains
    !> Whether two bodies of a model have a common point.
    pure logical function do_touch(model, i, j)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: i, j                !! which bodies
+      integer, intent(in) :: i, j                !! numbers of the bodies
       do_touch = model%bodies(i)%gap_to(model%bodies(j)) <= tolerance(model%grid)
    end function do_touch
 
    !> Whether cells of the lattice that two bodies reach into have a common node.
    pure logical function share_nodes(model, i, j)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: i, j                !! which bodies
+      integer, intent(in) :: i, j                !! numbers of the bodies
       share_nodes = all(first_node(model, model%bodies(i)) <= last_node(model, model%bodies(j)) .and. &
                         first_node(model, model%bodies(j)) <= last_node(model, model%bodies(i)))
    end function share_nodes
@@ -67,7 +67,7 @@ contains
       node = first_whole((body%upper - model%grid%lower - tolerance(model%grid))/model%grid%cell)
    end function last_node
 
-   !> The first whole number that is not below a number, which may be too large for an integer.
+   !> The least whole number not below a number, which may be too large for an integer.
    elemental real(dp) function first_whole(x)
       real(dp), intent(in) :: x
       first_whole = aint(x)

@@ -45,7 +45,7 @@ contains
       text = text//'.'
    end function presence
 
-   !> A group with the keys that must be given, and those whose example is not the default, as code.
+   !> A group with its required keys, and keys whose example differs from the default, as code.
    pure function example(group) result(text)
       integer, intent(in) :: group               !! row of the group
       character(:), allocatable :: text

@@ -33,7 +33,7 @@ module hampm_key_rows
       integer :: value_type
       character(120) :: meaning
       character(list_len) :: default = ''          !! value where it is not given, without quotes
-      character(list_len) :: example = ''          !! value in the template where that is not the default
+      character(list_len) :: example = ''          !! value in the template if it is not the default
       character(16) :: unit = ''
       character(list_len) :: allowed = ''          !! numbers: an interval; text: choices separated by `|`, or a set of
                                                    !! `hampm_choice_sets` in braces; '' for any text

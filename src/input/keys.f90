@@ -15,7 +15,7 @@ module hampm_keys
    !> A name of version 1.
    type :: renamed_t
       character(name_len) :: group = ''
-      character(name_len) :: key = ''            !! as it is called now where `value` is given, else the old name
+      character(name_len) :: key = ''            !! its present name if `value` is given, else the old name
       character(name_len) :: value = ''          !! an old value of the key, '' where the key itself is meant
       character(name_len) :: new = ''            !! replacement
    end type renamed_t
@@ -38,7 +38,7 @@ contains
 
    !> How a name of version 1 is written now, for complaints; '' for a name that never was.
    pure function renamed(group, key, value) result(text)
-      character(*), intent(in) :: group, key       !! the key as it is called now where a value is meant
+      character(*), intent(in) :: group, key       !! the key under its present name, for an old value
       character(*), intent(in) :: value            !! '' for the key itself
       character(:), allocatable :: text
       integer :: row
@@ -52,7 +52,7 @@ contains
    !> A group of which no key is set yet.
    pure function new_entry(group, location) result(entry)
       integer, intent(in) :: group                 !! its row
-      character(*), intent(in) :: location         !! where it begins
+      character(*), intent(in) :: location         !! place of its beginning
       type(group_entry_t) :: entry
       integer :: first
       first = first_key(group)
@@ -114,7 +114,7 @@ contains
          text = quote//joined(names, quote//separator//quote)//quote
    end function allowed_text
 
-   !> Number of values of a key that is not given, or of its values in the template.
+   !> Number of values of an absent key, or of its values in the template.
    pure integer function default_count(key, as_example)
       type(key_t), intent(in) :: key
       logical, intent(in) :: as_example            !! whether the template is meant

@@ -1,4 +1,4 @@
-!> The largest courant number with which a model is stable, and the one that is taken where none is given.
+!> The largest stable courant number of a model, and the default.
 module hampm_largest_step
    use hampm_kinds, only: dp, ndim
    use hampm_critical_step, only: row_t, ring_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells, &
@@ -56,7 +56,7 @@ module hampm_largest_step
    real(dp), parameter :: grace = 1e-9_dp        !! distance below which positions are the same [cells]
    real(dp), parameter :: small_move = 0.1_dp    !! motion of a body that does not count as flight [cells]
    real(dp), parameter :: thinnest = 1e-6_dp     !! thinnest body considered; the limit grows for thinner ones [cells]
-   real(dp), parameter :: most = 1000            !! that is taken, as the key may be
+   real(dp), parameter :: most = 1000            !! largest value, as for the key
    integer, parameter :: parts = merge(6, 3, ndim == 2) !! parts of cells for the fills at edges
    integer, parameter :: shifted_cells = 3       !! cells of a sample that is tried at any offset
 
@@ -100,7 +100,7 @@ contains
          if (method%frame == 'updated' .and. .not. method%has_domains()) &
             courant = min(courant, merge(crossing_full, crossing, method%mass == 'consistent' .or. method%mass == 'partial'))
       end associate
-      if (model%damping%rate > 0) & ! which takes all of a velocity in a step at the limit
+      if (model%damping%rate > 0) & ! a step at the limit takes all of a velocity
          courant = min(courant, default_part*(most_damping_a_step/model%damping%rate/smallest_cell(model)*chosen_speed(model)))
       courant = rounded_down(min(courant, most))
    end function default_courant
@@ -111,7 +111,7 @@ contains
       speed = largest_wave_speed(materials_of(model), model%method%wave_speed)
    end function chosen_speed
 
-   !> Size of the cells that the first step is for: those around a tip are there from the start, and with local steps the
+   !> Size of the cells for the first step: cells around a tip are there from the start, and with local steps the
    !> largest cells take the longest step [m].
    pure real(dp) function smallest_cell(model) result(cell)
       type(model_t), intent(in) :: model
@@ -119,7 +119,7 @@ contains
       if (model%refine%by%is_of_places .and. model%method%time_steps == 'global') cell = scale(cell, -model%refine%max_level)
    end function smallest_cell
 
-   !> Largest stable time step over cell size for a body that is alone [s/m].
+   !> Largest stable time step over cell size for a single body [s/m].
    real(dp) function body_limit(model, body, mass) result(limit)
       type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
@@ -143,7 +143,7 @@ contains
          if (material%is_ring) ring = ring_t(start(1) - body%lower(1)/cell, material%hoop_moduli() &
                                              /(material%density*material%dilatational_wave_speed()**2))
          if (body%outline%is_there() .and. .not. crosses_cells(model, body) .and. model%grid%order == 1) then
-            ! Edges cut cells anywhere; those that are less full than `least_fill` move with others
+            ! Edges cut cells anywhere; cells filled less than `least_fill` move with others
             limit = of_outlines*limit_of_fills([(least_fill + i*(1 - least_fill)/parts, i=0, parts)], least_fill, &
                                                body%points_per_cell, moduli, material%isotropic, mass, strains_last, damping)/speed
             if (material%is_ring) limit = limit*of_rings
@@ -155,7 +155,7 @@ contains
             n = nint(length)*fewest_points
          end if
          if (.not. crosses_cells(model, body)) then
-            do d = 1, ndim                       ! an array of what functions return would leak in gfortran 12
+            do d = 1, ndim                       ! an array of function results would leak in gfortran 12
                rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells/model%grid%order)
             end do
             limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false., &
@@ -204,10 +204,10 @@ contains
       if (size(body%profile%at) > 1) quickening = sqrt(maxval(body%profile%stiffness/body%profile%density))
    end function quickening
 
-   !> Whether particles are at the same places in all cells, of which those in finer cells allow no less.
+   !> Whether particles are at the same places in all cells, where finer cells allow no less.
    pure logical function fits_cells(spacing, start, points_per_cell) result(fits)
       real(dp), intent(in) :: spacing(ndim)      !! of the particles [cells]
-      real(dp), intent(in) :: start(ndim)        !! where in its cell the body begins [cells]
+      real(dp), intent(in) :: start(ndim)        !! place of the body's start in its cell [cells]
       integer, intent(in) :: points_per_cell
       associate (halves => 2*points_per_cell*start)
          fits = all(abs(points_per_cell*spacing - 1) <= grace .and. abs(halves - anint(halves)) <= grace)
@@ -217,7 +217,7 @@ contains
    !> The limit of the edges of a body in finer cells: the first levels have all kinds of ends of edges in cells. Times the wave
    !> speed over the size of a cell [-].
    pure real(dp) function limit_at_edges(start, length, n, max_level, moduli, mass, strains_last, damping) result(limit)
-      real(dp), intent(in) :: start(ndim)        !! where in its cell the body begins [cells]
+      real(dp), intent(in) :: start(ndim)        !! place of the body's start in its cell [cells]
       real(dp), intent(in) :: length(ndim)       !! [cells]
       integer, intent(in) :: n(ndim)             !! particles
       integer, intent(in) :: max_level
@@ -290,7 +290,7 @@ contains
                 > small_move*model%grid%cell/model%run%end_time
    end function crosses_cells
 
-   !> Where in its cell the lower corner of a body is [cells].
+   !> Position of the lower corner of a body in its cell [cells].
    pure function place_in_cell(model, body) result(place)
       type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body

@@ -13,7 +13,7 @@ module hampm_load_consistency
    private
    public :: check_constraints, check_loads, check_name, bodies_good
 
-   character(*), parameter :: an_edge = trim(merge('a side ', 'an edge', ndim > 2)) !! where a traction acts
+   character(*), parameter :: an_edge = trim(merge('a side ', 'an edge', ndim > 2)) !! carrier of a traction
 
 contains
 

@@ -12,7 +12,7 @@ module hampm_load_groups
 
    !> &constraint: nodes that are held.
    type, extends(constraint_keys_t) :: constraint_spec_t
-      logical :: fixed(ndim) = .false.           !! which components are held
+      logical :: fixed(ndim) = .false.           !! fixed components
       type(given_motion_t) :: motion             !! how they are moved
    end type constraint_spec_t
 

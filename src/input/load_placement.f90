@@ -1,4 +1,4 @@
-!> Where pressures act: the normal of an edge of a body, and the faces of cracks. For the checks of the input and for the assembly.
+!> Placement of pressures: the normal of an edge of a body, and the faces of cracks. For checks of the input and the assembly.
 module hampm_load_placement
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: body_at

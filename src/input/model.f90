@@ -52,7 +52,7 @@ module hampm_model
       type(probe_t), allocatable :: probes(:)
       type(output_t) :: output
       character(:), allocatable :: as_used       !! complete namelist text: every key with the value in force
-      character(:), allocatable :: as_begun      !! the same as the run was begun, before it was resumed with other values
+      character(:), allocatable :: as_begun      !! the same at the begin of the run, before it was resumed with other values
       character(:), allocatable :: warned        !! warnings of the table of rules, a line each
       character(:), allocatable :: noted         !! its notes, a line each
    contains
@@ -153,7 +153,7 @@ contains
       end do
    end subroutine find_materials
 
-   !> Let the boxes of loads on a side end where that does.
+   !> End the boxes of loads on a side at its ends.
    pure subroutine take_sides(settings, model)
       type(settings_t), intent(in) :: settings
       type(model_t), intent(inout) :: model
@@ -316,7 +316,7 @@ contains
       has_shapes = any([(model%bodies(k)%outline%is_there(), k=1, size(model%bodies))])
    end function has_shapes
 
-   !> Whether cracks do: all but those along grid lines, with tips at nodes, that stay there.
+   !> Whether cracks cut cells: all except fixed ones along grid lines, with tips at nodes.
    pure logical function cracks_cut_cells(model) result(cut)
       type(model_t), intent(in) :: model
       cut = .not. all(model%paths%at_nodes) .or. any(model%paths%kind /= 'symmetry') .and. model%method%frame == 'updated'

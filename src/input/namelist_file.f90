@@ -1,7 +1,7 @@
 !> Namelist syntax: `&group key = value, value ... /`. The compiler's own namelist reader passes over misspelt groups and
 !> half of a group where its `/` is missing without a word; this scanner reports every error, with its line.
 !>
-!> A text that is read from its beginning to its end: the next character, word or name, and the line it is on.
+!> A text read from its beginning to its end: the next character, word or name, and its line.
 module hampm_namelist_file
    use hampm_failure, only: failure_t, exit_input, exit_file
    use hampm_key_rows, only: max_values
@@ -44,7 +44,7 @@ contains
       character(:), allocatable :: buffer
       character :: byte
       text = ''
-      if (len_trim(path) < len(path)) then       ! which Fortran would leave away
+      if (len_trim(path) < len(path)) then       ! Fortran would omit it
          call failure%report(exit_file, path//': cannot be read: its name ends with a blank')
          return
       end if
@@ -105,7 +105,7 @@ contains
 
    !> The values of one key, given without a file.
    pure subroutine scan_value_text(source, text, group, setting, errors)
-      character(*), intent(in) :: source           !! where the text stood, for messages
+      character(*), intent(in) :: source           !! location of the text, for messages
       character(*), intent(in) :: text
       integer, intent(in) :: group
       type(setting_t), intent(inout) :: setting
@@ -295,7 +295,7 @@ contains
       if (verify(digits, '0123456789') == 0 .and. number <= max_values) repeat_count = nint(number)
    end function repeat_count
 
-   !> The text between quotes; a doubled quote stands for itself.
+   !> The text between quotes; a doubled quote is a quote.
    pure subroutine take_quoted(s, text, setting, errors)
       type(scanner_t), intent(inout) :: s
       character(:), allocatable, intent(out) :: text
@@ -436,7 +436,7 @@ contains
       is_name_character = is_letter(c) .or. is_digit(c) .or. c == '_'
    end function is_name_character
 
-   !> Where the scanner stands: `case.nml:12`.
+   !> Location of the scanner: `case.nml:12`.
    pure function location(s)
       type(scanner_t), intent(in) :: s
       character(:), allocatable :: location

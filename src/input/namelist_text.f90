@@ -11,7 +11,7 @@ module hampm_namelist_text
    public :: template_text, canonical_text, example_list
 
    character, parameter :: line_feed = new_line('a')
-   integer, parameter :: comment_column = 48       !! where the comments of the template begin
+   integer, parameter :: comment_column = 48       !! column of the comments of the template
 
 contains
 

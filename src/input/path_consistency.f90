@@ -83,7 +83,7 @@ contains
       end do
    end subroutine check_points
 
-   !> Where the k-th path is: in the material, its tips far enough from all else.
+   !> The k-th path is in the material, its tips far enough from all else.
    pure subroutine check_place(model, settings, k)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings

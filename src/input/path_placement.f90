@@ -57,7 +57,7 @@ contains
       held(1) = max(held(1), model%paths(k)%held_from)
    end function held_part
 
-   !> Where a polyline enters and leaves the material, as parts of its length.
+   !> Entries and exits of a polyline in the material, as parts of its length.
    pure function covered_part(model, points) result(part)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
@@ -70,7 +70,7 @@ contains
 
    contains
 
-      !> Where it leaves the material beyond the i-th place, in the one or the other sense.
+      !> Its exit from the material beyond the i-th place, forwards or backwards.
       pure real(dp) function edge_at(i, sense) result(part)
          integer, intent(in) :: i, sense
          real(dp) :: step

@@ -1,5 +1,4 @@
-!> Where things of the model lie: boxes against bodies and against the nodes of the root lattice, whose positions are
-!> lower + i*cell.
+!> Places of a model: boxes against bodies and against the nodes of the root lattice, whose positions are lower + i*cell.
 module hampm_placement
    use hampm_bodies, only: points_along, points_off_lines
    use hampm_kinds, only: dp, ndim
@@ -122,7 +121,7 @@ contains
       end do
    end function has_part_of
 
-   !> The node of the lattice that is nearest to a point [m].
+   !> The nearest node of the lattice to a point [m].
    pure function nearest_node(grid, point) result(node)
       type(grid_spec_t), intent(in) :: grid
       real(dp), intent(in) :: point(ndim)

@@ -20,7 +20,7 @@ module hampm_plain_groups
 
    !> &method: how the equations of motion are integrated.
    type, extends(method_keys_t) :: method_t
-      real(dp) :: courant_limit = 0              !! the largest that is stable, where the namelist gives none [-]
+      real(dp) :: courant_limit = 0              !! the largest stable one, if the namelist gives none [-]
    contains
       procedure :: has_domains
    end type method_t

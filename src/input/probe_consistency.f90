@@ -1,4 +1,4 @@
-!> Whether probes measure something that is there: material at their places, a crack with a tip, a load or a constraint.
+!> Whether the objects of probes exist: material at their places, a crack with a tip, a load or a constraint.
 module hampm_probe_consistency
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_tensors, only: norm

@@ -1,6 +1,6 @@
 !> From a namelist file to a model. Files of models are read here and nowhere else.
 !>
-!> `--set group.key=value`: values from the command line that replace those in the file.
+!> `--set group.key=value`: values of the command line that replace values of the file.
 module hampm_reading
    use hampm_consistency, only: check_consistency
    use hampm_failure, only: failure_t
@@ -119,7 +119,7 @@ contains
       end function values_of
    end subroutine find_other_program
 
-   !> Replace values that stand for another one by that one.
+   !> Resolve values that stand for another one.
    pure subroutine resolve(settings)
       type(settings_t), intent(inout) :: settings
       real(dp) :: direction(ndim)
@@ -148,7 +148,7 @@ contains
          if (time == 'explicit' .and. .not. cuts_quadratic_cells(settings)) then
             if (.not. has_factors(settings%text(method, 'mass')) .or. has_many_cells(settings)) solver = 'cg'
          end if
-         if (time /= 'explicit' .and. ndim == 3) solver = merge('cg  ', 'auto', has_many_cells(settings)) ! else the unknowns tell
+         if (time /= 'explicit' .and. ndim == 3) solver = merge('cg  ', 'auto', has_many_cells(settings)) ! else by the unknowns
          call settings%set_text(method, 'solver', trim(solver))
       end if
       if (settings%good(crack, 'direction')) then
@@ -254,7 +254,7 @@ contains
       if (instance == 0) instance = -1
    end subroutine split_instance
 
-   !> The group that is meant; it is added where the model has none of this name.
+   !> The named group; it is added if the model has none of this name.
    pure subroutine choose_entry(settings, group, instance, source, entry, message)
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: group, instance

@@ -198,7 +198,7 @@ contains
       end do
    end function all_known
 
-   !> Whether a group counts in rules with others: a material does of which there is a body, and a body does that is no hole.
+   !> Whether a group counts in rules with others: materials with a body do, and bodies that are no holes.
    pure logical function counts(model, settings, entry)
       type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings

@@ -103,7 +103,7 @@ contains
       end do
    end function as_code
 
-   !> Where the next `and` or `or` is with the blank before it; past the end for none.
+   !> Position of the next `and` or `or` with the blank before it; past the end for none.
    pure integer function next_break(text)
       character(*), intent(in) :: text
       integer :: i, at(2)

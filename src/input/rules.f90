@@ -32,7 +32,7 @@ module hampm_rules
       integer :: kind = 0                        !! kind of its test, one of the above
       integer :: group = 0                       !! row of the group, 0 for a feature
       integer :: key = 0                         !! position among the keys of the group, 0 for a group or a feature
-      integer :: first = 1, last = 0             !! which of the names in the table are its values, of a text
+      integer :: first = 1, last = 0             !! its values among the names in the table, of a text
       real(dp) :: number = 0                     !! its value, of a number, or of true (1) or false
       integer :: feature = 0
    end type atom_t

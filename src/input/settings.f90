@@ -12,7 +12,7 @@ module hampm_settings
    private
    public :: row_of, value_t, setting_t, group_entry_t, settings_t, input_errors_t
 
-   integer, parameter :: most_shown = 50           !! a file that is no namelist at all would fill the screen
+   integer, parameter :: most_shown = 50           !! a file that is no namelist would fill the screen
 
    !> The messages so far.
    type :: input_errors_t
@@ -49,7 +49,7 @@ module hampm_settings
    type :: group_entry_t
       integer :: group = 0                         !! its row in the table of groups
       character(name_len) :: name = ''             !! of the group
-      character(:), allocatable :: location        !! where it begins
+      character(:), allocatable :: location        !! place of its beginning
       character(name_len), allocatable :: keys(:)  !! names of its keys, in the order of the table of keys
       type(setting_t), allocatable :: settings(:)  !! value of each key
    end type group_entry_t
@@ -405,7 +405,7 @@ contains
       call self%errors%add(message, self%location(entry, key), trim(self%entries(entry)%name), key, self%shown(entry, key), '')
    end subroutine complain_in_words
 
-   !> Where a key of a group is set or, where it is not or has no name, where the group begins.
+   !> Location of a key of a group or, if it is not set or has no name, of the group.
    pure function location(self, entry, key)
       class(settings_t), intent(in) :: self
       integer, intent(in) :: entry

@@ -34,7 +34,7 @@ contains
       end do
    end function comes_near_edges
 
-   !> Check the line of a polygon. `is_good` tells whether it can be used.
+   !> Check the line of a polygon. `is_good`: it can be used.
    pure subroutine check_shape(settings, entry, is_good)
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry               !! position of the group

@@ -1,4 +1,4 @@
-!> Whether the time step of a model is stable, as far as its keys tell before it is run.
+!> Stability of the time step of a model, as far as its keys determine it before a run.
 module hampm_stability_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_history_resolution, only: check_resolution
@@ -13,7 +13,7 @@ module hampm_stability_consistency
    private
    public :: check_stability, choose_courant
 
-   !> Stands in for a courant number that cannot be found, in a model that is refused
+   !> Replaces a courant number that cannot be found, in a refused model
    real(dp), parameter :: unknown = 0.1_dp
 
 contains
@@ -32,7 +32,7 @@ contains
       call settings%set_numbers(entry, 'courant', [model%method%courant])
    end subroutine choose_courant
 
-   !> Refuse time steps that are unstable, by themselves or with the damping, and those that do not resolve a load.
+   !> Refuse unstable time steps, by themselves or with the damping, and steps that do not resolve a load.
    subroutine check_stability(model, settings)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings

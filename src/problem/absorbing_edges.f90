@@ -68,7 +68,7 @@ contains
       z(:3) = [a(1, 1), a(2, 2), a(1, 2)]
    end function impedance
 
-   !> Nodes that get a part of dashpots, those that may hang among them.
+   !> Nodes with a part of dashpots, hanging ones included.
    function nodes_of_dashpots(loads, grid, p) result(nodes)
       type(load_t), intent(inout) :: loads(:)
       type(grid_t), intent(in) :: grid

@@ -46,7 +46,7 @@ contains
          new%absorbs = loads(l)%absorbs
          if (allocated(loads(l)%follows)) new%follows = loads(l)%follows
          call lay(m, loads(l)%edges, loads(l)%per_cell, is_weak, new)
-         if (allocated(loads(l)%particle)) then  ! as they are in a checkpoint, or on a mesh that has not changed here
+         if (allocated(loads(l)%particle)) then  ! as in a checkpoint, or on an unchanged mesh
             if (same_points(loads(l), new)) deallocate (new)
             if (.not. allocated(new)) cycle
          end if
@@ -274,7 +274,7 @@ contains
 
    contains
 
-      !> Take a crossing that is nearer to the middle.
+      !> Take a crossing nearer to the middle.
       subroutine take(t, direction)
          real(dp), intent(in) :: t
          integer, intent(in) :: direction        !! in which a rectangle is cut

@@ -17,8 +17,8 @@ contains
    subroutine follow_split(loads, tolerance, p, marked, first_child)
       type(load_t), intent(inout) :: loads(:)
       real(dp), intent(in) :: tolerance          !! distance below which places are the same [m]
-      type(particles_t), intent(in) :: p         !! as it is now
-      logical, intent(in) :: marked(:)           !! which particles were split, by their old numbers
+      type(particles_t), intent(in) :: p         !! the present particles
+      logical, intent(in) :: marked(:)           !! split particles, by their old numbers
       integer, intent(in) :: first_child(:)      !! new place of each particle or its first child, and behind the last
       type(load_t) :: old
       integer :: l, k, n, c, first, last
@@ -157,7 +157,7 @@ contains
    subroutine follow_recombination(loads, tolerance, p, reference, level, new_number)
       type(load_t), intent(inout) :: loads(:)
       real(dp), intent(in) :: tolerance          !! distance below which places are the same [m]
-      type(particles_t), intent(in) :: p         !! as it is now
+      type(particles_t), intent(in) :: p         !! the present particles
       real(dp), intent(in) :: reference(:, :)    !! positions before it [m], (old number of particles, ndim)
       integer, intent(in) :: level(:)            !! how often particles had been split
       integer, intent(in) :: new_number(:)       !! of each particle, or of the one that it is part of

@@ -32,7 +32,7 @@ contains
       do c = 1, corners
          node(:, c) = 1
          shape(:, c) = 0
-         if (element(c) == outside) cycle        ! the next step will tell
+         if (element(c) == outside) cycle        ! the next step finds it
          node(:, c) = grid%element_nodes(:, element(c))
          shape(:, c) = part(c)*shape_functions(local(:, c))
       end do

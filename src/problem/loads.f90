@@ -55,7 +55,7 @@ module hampm_loads
       logical :: begun = .false.                 !! whether there was one
       real(dp) :: particle_velocity(ndim) = 0    !! of the particles after it, the mean by the parts of the load
       real(dp) :: guess(ndim) = 0                !! estimated velocity of the points
-      real(dp), allocatable :: last_cofactor(:, :, :) !! where that step began
+      real(dp), allocatable :: last_cofactor(:, :, :) !! at the start of that step
    contains
       procedure :: force_at
    end type load_t
@@ -102,7 +102,7 @@ contains
    !> After a sort of the particles: follow them to their new places.
    subroutine follow_sort(loads, new_place)
       type(load_t), intent(inout) :: loads(:)
-      integer, intent(in) :: new_place(:)        !! where the sort moved each particle
+      integer, intent(in) :: new_place(:)        !! new places after the sort
       integer :: k
       do k = 1, size(loads)
          loads(k)%particle = new_place(loads(k)%particle)
@@ -233,7 +233,7 @@ contains
 
    !> Force on a node by the tractions on the material at one side of it, in the direction `toward` [N].
    pure function force_at_node(loads, factors, grid, p, node, toward) result(force)
-      type(load_t), intent(in) :: loads(:)       !! where `place_loads` has found them
+      type(load_t), intent(in) :: loads(:)       !! as placed by `place_loads`
       real(dp), intent(in) :: factors(:)         !! by load [-]
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
@@ -288,7 +288,7 @@ contains
    !> second order in dt, and equal to the gain of the particles' kinetic energy up to half a step at the ends
    !> (docs/explanation/theory.md). Velocities that move particles are unsuitable: a node of little mass may have any.
    pure subroutine book_work(loads, p, time, dt, velocity, work)
-      type(load_t), intent(inout) :: loads(:)    !! where `place_loads` has found them before the step
+      type(load_t), intent(inout) :: loads(:)    !! as placed by `place_loads` before the step
       type(particles_t), intent(in) :: p         !! after the step
       real(dp), intent(in) :: time, dt           !! [s]
       real(dp), intent(in) :: velocity(:, :)     !! (ndim, n_points)
@@ -309,7 +309,7 @@ contains
    !> `time`, less its estimate then, plus an estimate for this step, by the velocity of the step before and the gain of the
    !> particles. So errors of the estimate do not accumulate.
    pure subroutine book_work_late(loads, p, time, dt, last_dt, velocity, work)
-      type(load_t), intent(inout) :: loads(:)    !! where `place_loads` has found them before the step
+      type(load_t), intent(inout) :: loads(:)    !! as placed by `place_loads` before the step
       type(particles_t), intent(in) :: p         !! after the step
       real(dp), intent(in) :: time, dt           !! [s]
       real(dp), intent(in) :: last_dt            !! 0 in the first step [s]
@@ -389,7 +389,7 @@ contains
       all_become_constant = all([(loads(l)%history%time_to_constant() < huge(1.0_dp), l=1, size(loads))])
    end function all_become_constant
 
-   !> The time from which on all loads but those that never settle stay the same; 0 without any [s].
+   !> Time from which all loads are constant, without those that never settle; 0 without any [s].
    pure real(dp) function time_to_constant_value(loads) result(time)
       type(load_t), intent(in) :: loads(:)
       integer :: l

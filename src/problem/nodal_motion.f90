@@ -20,7 +20,7 @@ contains
       type(mass_solver_t), intent(inout) :: solver
       real(dp), intent(in), contiguous :: free(:, :)    !! 0 for fixed components of nodes, else 1; (ndim, n_points)
       type(nodal_fields_t), intent(inout) :: f
-      integer, intent(in) :: which                      !! which velocity to set: `v_n` or `v_mapped`
+      integer, intent(in) :: which                      !! velocity to set: `v_n` or `v_mapped`
       integer, intent(in) :: latest                     !! the velocity that was found last
       type(failure_t), intent(inout) :: failure
       if (solver%iterates()) f%velocity(:, :, which) = f%velocity(:, :, latest)
@@ -49,7 +49,7 @@ contains
    !>
    !> Also the power of the damping, and for the energy balance
    !>    mapping_power = dt sum F_i . a_i - sum f_i . (v_i + a_i dt),   F the total force, f the same without damping:
-   !> with sum_p m dv**2/2 of the particles its first term is the kinetic energy that is lost between nodes and
+   !> with sum_p m dv**2/2 of the particles its first term is the loss of kinetic energy between nodes and
    !> particles, and with the stress work and the work of the loads its second the energy that the scheme loses.
    subroutine accelerate(grid, solver, free, damping_rate, dt, audit, is_known, f, damping_power, mapping_power, &
                          failure)
@@ -62,7 +62,7 @@ contains
       logical, intent(in) :: is_known                   !! whether `acceleration` is the solution for these forces
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(out) :: damping_power            !! sum alpha p_i . (v_i + a_i dt) [W]
-      real(dp), intent(out) :: mapping_power            !! see above [W]; 0 without `audit`
+      real(dp), intent(out) :: mapping_power            !! the above powers [W]; 0 without `audit`
       type(failure_t), intent(inout) :: failure
       integer :: chunk, chunks, first
       logical :: iterates                        ! a resumed run would, not knowing that its factors are of this matrix

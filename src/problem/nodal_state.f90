@@ -22,14 +22,14 @@ module hampm_nodal_state
                                                  !! damping and body loads; 0 for fixed components [m/s2], (ndim, n_points)
       real(dp) :: reaction(ndim) = 0             !! force of the constraints on the bodies, without the inertia that a mass matrix
                                                  !! that is not diagonal couples to held nodes [N]
-      real(dp), allocatable :: reactions(:, :)   !! the same of each of the constraints [N], (ndim, constraints)
+      real(dp), allocatable :: reactions(:, :)   !! the same for each constraint [N], (ndim, constraints)
       real(dp) :: lone_part = 0                  !! largest part of all constraint and load forces on a constraint of one node [-]
       real(dp) :: lone_place(ndim) = 0           !! of that node [m]
    end type nodal_state_t
 
 contains
 
-   !> The nodal state of the particles as they are now, by the mass matrix of the run:
+   !> The nodal state of the present particles, by the mass matrix of the run:
    !>
    !>    M d = f_internal + f_surface,   reaction = -sum over fixed components of (f_internal + f_loads).
    !>
@@ -104,7 +104,7 @@ contains
    !> Nodal forces of the loads, and of interface points between faces, where the material is now, condensed.
    subroutine find_external_force(m, with_mass, first)
       type(problem_t), intent(inout) :: m
-      logical, intent(in) :: with_mass           !! whether of the loads on all material too, else of those on surfaces only
+      logical, intent(in) :: with_mass           !! whether of the loads on all material too, else on surfaces only
       integer, intent(in) :: first               !! interface point
       integer :: k
       m%fields%external = 0
@@ -165,7 +165,7 @@ contains
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine solve
 
-   !> Internal forces of the particles, and of interface points between faces, as they are now.
+   !> Internal forces of the present particles, and of interface points between faces.
    subroutine gather_stress(m)
       type(problem_t), intent(inout) :: m
       call sum_stress(m)

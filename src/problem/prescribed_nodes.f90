@@ -26,7 +26,7 @@ contains
       real(dp), intent(in) :: time               !! at the start of the step [s]
       type(prescribed_work_t), intent(in) :: last !! the last step with prescribed motion
       type(nodal_fields_t), intent(in) :: f
-      integer, intent(in) :: which               !! which velocity has been found: `v_n` or `v_mapped`
+      integer, intent(in) :: which               !! velocity found: `v_n` or `v_mapped`
       real(dp) :: v(ndim, size(c%node))
       integer :: k
       v = 0

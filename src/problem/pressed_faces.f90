@@ -29,9 +29,9 @@ module hampm_pressed_faces
 
    real(dp), parameter :: touching = 1e-3_dp     !! gap of touching rectangles, as part of a particle
 
-   !> An edge of a particle that is a face of a crack.
+   !> An edge of a particle that is on a crack face.
    type :: edge_t
-      integer :: particle = 0                    !! the particle that is pressed
+      integer :: particle = 0                    !! the pressed particle
       real(dp) :: into(ndim) = 0                 !! unit vector into it
       real(dp) :: offset(ndim) = 0               !! of the middle of the edge from it [m]
       real(dp) :: half(ndim) = 0                 !! half of the edge [m]
@@ -46,7 +46,7 @@ module hampm_pressed_faces
 
 contains
 
-   !> Find where the pressures on faces act, now that cells are cut and particles are as they are.
+   !> Place the pressures on faces, on the present cut cells and particles.
    subroutine press_faces(m)
       type(problem_t), intent(inout) :: m
       type(edges_t) :: edges
@@ -97,7 +97,7 @@ contains
       end do
    end subroutine find_faces
 
-   !> Let a load press on those edges on which it pushes in its direction.
+   !> Apply a load to the edges on which it pushes in its direction.
    subroutine take_edges(m, edges, load)
       type(problem_t), intent(inout) :: m
       type(edges_t), intent(in) :: edges
@@ -112,7 +112,7 @@ contains
                   i=1, n)]
       area = sum(of_edge)
       load%force = load%pressure*area*load%into
-      if (allocated(load%particle)) then         ! as they are in a checkpoint, or on a mesh that has not changed here
+      if (allocated(load%particle)) then         ! as in a checkpoint, or on an unchanged mesh
          if (size(load%particle) == n) then
             if (all(load%particle == chosen%particle) .and. &
                 .not. any([(abs(load%offset(:, i) - chosen(i)%offset) > 0, i=1, n)])) return
@@ -123,7 +123,7 @@ contains
       load%half = reshape([(chosen(i)%half, i=1, n)], [ndim, n])
       load%fraction = of_edge/merge(area, 1.0_dp, area > 0)
       call note_particles(load, m%particles)
-      m%cache%mapped = .false.                   ! which cells have operators depends on the particles
+      m%cache%mapped = .false.                   ! operators of cells depend on the particles
    end subroutine take_edges
 
    !> Find the edges between particles on different sides of a line, in the order of the particles, with their edges at mouths.
@@ -264,7 +264,7 @@ contains
       type(particles_t), intent(in) :: p
       type(cut_cells_t), intent(in) :: cut
       real(dp), intent(in) :: points(:, :)       !! of the line [m]
-      integer, intent(in) :: i, j                !! the particle that is pressed, the other
+      integer, intent(in) :: i, j                !! the pressed particle, the other
       logical, intent(inout) :: is_inner(2, ndim) !! whether there is another particle beside the lower and upper sides of that
       type(edges_t), intent(inout) :: edges
       real(dp), dimension(ndim) :: size_i, size_j, x_i, x_j, apart, middle, half
@@ -288,7 +288,7 @@ contains
          if (is_half(p, j)) call clip(p%half(j, :), d, side - apart(d), apart(o), from, to)
          if (to - from <= touching*min(size_i(o), size_j(o))) cycle
          is_inner(merge(1, 2, apart(d) < 0), d) = .true.
-         ! Beside the end of a line rounding may tell one way only: faces are pressed in pairs
+         ! Beside the end of a line rounding may select one side only: faces are pressed in pairs
          if (.not. divides(points, p%reference(i, :), p%reference(j, :), cut%slack)) return
          if (.not. divides(points, p%reference(j, :), p%reference(i, :), cut%slack)) return
          middle(d) = side
@@ -303,7 +303,7 @@ contains
    pure subroutine clip(normal, d, side, middle, from, to)
       real(dp), intent(in) :: normal(ndim)       !! into the half
       integer, intent(in) :: d                   !! direction across the side
-      real(dp), intent(in) :: side               !! where it is from the middle of the rectangle [m]
+      real(dp), intent(in) :: side               !! its distance from the middle of the rectangle [m]
       real(dp), intent(in) :: middle             !! of the rectangle along the side, as the ends below [m]
       real(dp), intent(inout) :: from, to        !! ends of the part [m]
       real(dp), parameter :: along = 1e-12_dp    ! of a normal across which a side lies wholly on one side
@@ -345,7 +345,7 @@ contains
    !> Add an edge.
    pure subroutine add_edge(p, i, d, into, middle, half, length, edges)
       type(particles_t), intent(in) :: p
-      integer, intent(in) :: i, d                !! the particle that is pressed, and in which direction
+      integer, intent(in) :: i, d                !! the pressed particle, and the direction
       real(dp), intent(in) :: into               !! sign of that
       real(dp), intent(in) :: middle(ndim), half(ndim) !! of the edge [m]
       real(dp), intent(in) :: length             !! across the direction [m]

@@ -44,7 +44,7 @@ module hampm_problem
       logical :: mapped = .false.                !! whether the cells hold the contributions for the next step
       logical :: weighed = .false.               !! whether the nodes have the masses that these give
       integer(long) :: velocity_after = -1       !! steps after which `v_mapped` is the nodal velocity, the start of the next step
-      integer(long) :: acceleration_after = -1   !! the same of the acceleration by the forces
+      integer(long) :: acceleration_after = -1   !! the same for the acceleration by the forces
       logical :: sorted = .false.                !! whether particles moved to other cells in the last step
       logical :: is_provisional = .false.        !! whether the mesh will change before any motion: nodes and weights wait
    end type cache_t
@@ -59,7 +59,7 @@ module hampm_problem
       logical :: audit = .false.                 !! whether to book the numerical loss
       logical :: is_explicit = .true.            !! explicit steps, in which cells may be processed without their particles
       type(scheme_t) :: scheme
-      type(mass_choice_t) :: mass                !! which mass matrix
+      type(mass_choice_t) :: mass                !! kind of mass matrix
       type(mass_solver_t) :: solver
       type(nodal_fields_t) :: fields
       type(body_contact_t) :: body_contact       !! of bodies with velocity fields of their own
@@ -107,7 +107,7 @@ contains
       type(element_operators_t) :: none
       m%cache%mapped = .false.
       if (m%cache%is_provisional) return
-      m%blocks%layout = m%blocks%layout + 1      ! where its elements are is new, whichever they are
+      m%blocks%layout = m%blocks%layout + 1      ! places of its elements are new
       m%blocks%by_supports = any(m%materials%mean_dilatation) .or. m%particles%thickness%is_ring
       m%cache%tiling = tiling_t()
       m%cache%operators = none
@@ -130,7 +130,7 @@ contains
       m%fields%mass_matrix%stays = m%particles%total_frame
       if (allocated(m%fields%mass_matrix%lumped_fraction)) then
          m%fields%mass_matrix%ghosts = jumps_with_mass(m%interfaces)
-         ! Where quadratic cells are cut or have nodes on an axis
+         ! For quadratic cells that are cut or have nodes on an axis
          if (allocated(m%grid%correction) .or. m%particles%thickness%is_ring .and. m%grid%is_quadratic()) &
             allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
       end if
@@ -195,7 +195,7 @@ contains
       nodes = pack(nodes, nodes > 0)
    end function nodes_lumped_in_steps
 
-   !> Fail because of a piece of a cell that is too small to move by itself.
+   !> Fail for a piece of a cell too small to move by itself.
    subroutine report_thin_piece(m, failure)
       type(problem_t), intent(in) :: m
       type(failure_t), intent(inout) :: failure
@@ -277,7 +277,7 @@ contains
       m%cache%velocity_after = -1
       m%cache%acceleration_after = -1
       map = m%scheme%map_at_start
-      map%map_force = map%map_force .or. m%particles%total_frame      ! operators add to the force that is there
+      map%map_force = map%map_force .or. m%particles%total_frame      ! operators add to the present force
       if (m%has_domains()) call locate_corners(m%corners, m%matter_t, m%fields, lost)
       if (lost%failed()) then
          if (present(failure)) call pass_on(m, m%state%steps, lost, failure)
@@ -375,7 +375,7 @@ contains
    subroutine sort_particles(m, failure, left)
       type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      logical, intent(in), optional :: left(:)   !! the blocks that some particle has left, where that is known
+      logical, intent(in), optional :: left(:)   !! the blocks that some particle has left, if known
       type(failure_t) :: lost
       call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, lost, left)
       call pass_on(m, m%state%steps, lost, failure)

@@ -21,7 +21,7 @@ module hampm_rigid_motions
    integer, parameter :: motions = ndim*(ndim + 1)/2 !! of a piece of material: along each axis, then turnings between two axes
    real(dp), parameter :: not_held = 1e-10_dp    !! motion of held components below which a mode is free
 
-   !> A direction of a node that is held in place of a constraint.
+   !> A direction of a node, held in place of a constraint.
    type :: rigid_constraint_t
       integer :: node = 0
       integer :: direction = 0
@@ -336,7 +336,7 @@ contains
       end do
    end function first_master
 
-   !> In how many pieces all material is. Faces that only press on each other, and those whose cohesion has gone, are apart.
+   !> Number of pieces of all material. Faces that only press on each other, or without remaining cohesion, are apart.
    integer function number_of_pieces(m) result(number)
       type(problem_t), intent(in) :: m
       integer, allocatable :: piece(:)
@@ -359,7 +359,7 @@ contains
       integer :: first, master, k, j
       call singletons(m%grid%n_nodes, sets)
       associate (dofs => m%grid%dofs, all => m%fields%mass_matrix%all)
-         do k = all%n_nodes + 1, all%n_points    ! those that hang
+         do k = all%n_nodes + 1, all%n_points    ! hanging nodes
             associate (hanging => all%nodes(k) - m%grid%n_nodes)
                do j = dofs%first_master(hanging) + 1, dofs%first_master(hanging + 1) - 1
                   call sets%join(dofs%master(j - 1), dofs%master(j))
@@ -394,7 +394,7 @@ contains
       real(dp), allocatable, intent(out) :: held(:, :, :)  !! (motions, motions, nodes)
       integer :: k, d
       allocate (held(motions, motions, m%grid%n_nodes), source=0.0_dp)
-      if (m%particles%thickness%is_ring) then    ! which strains as it moves along x or turns
+      if (m%particles%thickness%is_ring) then    ! it strains as it moves along x or turns
          held(1, 1, :) = 1
          held(motions, motions, :) = 1
       end if

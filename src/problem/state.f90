@@ -7,7 +7,7 @@ module hampm_state
    private
    public :: state_t, energies_t
 
-   !> Where a problem is in time. Nodal fields are allocated where nodes keep them between equilibria or implicit steps.
+   !> Time of a problem. Nodal fields are allocated if nodes keep them between equilibria or implicit steps.
    type :: state_t
       real(dp) :: time = 0                       !! [s]
       integer(long) :: steps = 0                 !! steps done

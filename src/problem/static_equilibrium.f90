@@ -39,7 +39,7 @@ contains
       real(dp) :: stored, missing
       logical :: done
       distance = -1
-      if (m%body_contact%wanted) return          ! where bodies rest on each other is not known beforehand
+      if (m%body_contact%wanted) return          ! contacts of bodies in equilibrium are not known in advance
       call update_particles(m)
       stored = stored_energy(m)
       if (.not. stored > epsilon(1.0_dp)*kinetic_energy(m)) return
@@ -55,7 +55,7 @@ contains
       call k%release()
    end subroutine find_distance_to_equilibrium
 
-   !> The lowest angular frequency that the loads excite [1/s], by inverse iteration from where the material would rest under them.
+   !> The lowest angular frequency that the loads excite [1/s], by inverse iteration from the static solution under them.
    !> 0 where it is not known: the loads move a body as a whole or nothing at all, there is neither load nor motion, or the model is
    !> too large.
    !>

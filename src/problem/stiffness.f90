@@ -46,16 +46,16 @@ module hampm_stiffness
    character(*), parameter :: usual_solver = merge('auto  ', 'direct', ndim == 3)
    integer, parameter :: most_direct = 30000     !! unknowns of a solid that solver = 'auto' factorises
 
-   !> Which stiffness is wanted.
+   !> Kind of a stiffness.
    type :: stiffness_kind_t
       logical :: is_tangent = .false.            !! of the present state, with every particle as one point; else of small
                                                  !! strain, where a particle alone in its cell is four points
-      logical :: on_interfaces = .true.             !! see above
+      logical :: on_interfaces = .true.             !! soft interface points
       character(name_len) :: solver = usual_solver !! 'direct', 'cg' or, of solids, 'auto'
       type(rigid_constraint_t), allocatable :: rigid_constraints(:) !! constraints beside those of the model
       real(dp) :: mass_factor = 0                !! c of K + c M + b D, M being the mass matrix of the run [1/s2]
       real(dp) :: dashpot_factor = 0             !! b, with the matrix D of dashpots on edges [1/s]
-      real(dp), allocatable :: factor(:)         !! of each load, with the tangent of those that follow faces [-]
+      real(dp), allocatable :: factor(:)         !! of each load, if those that follow faces have their tangent [-]; else absent
    contains
       procedure, private :: has_form_of
    end type stiffness_kind_t
@@ -546,7 +546,7 @@ contains
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_points)
-      real(dp), intent(in), optional :: factor(:) !! of each load, of which those count that follow faces [-]
+      real(dp), intent(in), optional :: factor(:) !! of each load, for those that follow faces [-]
       real(dp), dimension(m%grid%n_functions, n_derivatives(m)) :: gradient, mean
       integer :: k, i, l
       allocate (force(ndim, m%grid%n_points), source=0.0_dp)

@@ -83,7 +83,7 @@ contains
       m%constraints%up = merge(1.0_dp, -1.0_dp, above > below)
    end subroutine find_sides
 
-   !> Let all nodes be where their supports have them.
+   !> Fix all supported components of nodes.
    pure subroutine press_on_supports(c)
       type(constraints_t), intent(inout) :: c
       integer :: k, d
@@ -112,7 +112,7 @@ contains
       end do
    end subroutine lift_by
 
-   !> Which components are wrongly held or free: pulled by their supports, or in these.
+   !> Wrongly held or free components: pulled by their supports, or penetrating them.
    subroutine find_wrong_supports(m, r, rounding, wrong, pull)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: r(:, :)            !! the residual without the supports [N], (ndim, n_points)
@@ -134,7 +134,7 @@ contains
       end associate
    end subroutine find_wrong_supports
 
-   !> Let supports hold components that they did not, or let them go.
+   !> Hold or free components at supports.
    pure subroutine turn_supports(c, some)
       type(constraints_t), intent(inout) :: c
       logical, intent(in) :: some(:, :)          !! (ndim, n_nodes)

@@ -14,12 +14,12 @@ module hampm_turned_faces
    public :: deformation_at, cofactors_of, number_ends, place_of_end, n_ends
 
    integer, parameter :: n_ends = 2**(ndim - 1)  !! of a segment, or corners of a rectangle
-   !> On which side of its middle each of them is, along its directions.
+   !> Side of each of them from its middle, along its directions.
    integer, parameter :: signs(2, 4) = reshape([-1, -1, 1, -1, 1, 1, -1, 1], [2, 4])
 
 contains
 
-   !> F of a particle, as a tensor of space [-]: in plane stress as if the thickness stayed as it is.
+   !> F of a particle, as a tensor of space [-]: in plane stress as if at constant thickness.
    pure function deformation_at(p, particle) result(f)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: particle
@@ -52,7 +52,7 @@ contains
       real(dp), intent(in) :: quantum            !! distance below which places are the same [m]
       type(place_table_t), intent(inout) :: table
       integer, intent(out) :: numbers(n_ends)
-      real(dp), parameter :: shift = 0.377_dp    ! where no multiple of a simple fraction is half way between two numbers
+      real(dp), parameter :: shift = 0.377_dp    ! no multiple of a simple fraction is half way between two numbers
       integer(long), parameter :: apart = 2_long**40
       integer(long) :: place(ndim)
       integer :: k
@@ -65,7 +65,7 @@ contains
       end do
    end subroutine number_ends
 
-   !> Where a particle takes an end [m].
+   !> Place of an end by a particle [m].
    pure function place_of_end(p, particle, offset, half, which) result(x)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: particle
@@ -83,7 +83,7 @@ contains
       integer, intent(in) :: particle(:)         !! of each point
       real(dp), intent(in), optional :: half(:, :) !! [m], (ndim, points)
       integer, intent(in), optional :: ends(:, :) !! their numbers, (n_ends, points)
-      real(dp), intent(in), optional :: place(:, :) !! where they are [m], (ndim, numbers)
+      real(dp), intent(in), optional :: place(:, :) !! their places [m], (ndim, numbers)
       real(dp) :: list(ndim, ndim, size(particle))
       real(dp) :: f(space, space), cofactor(space, space), now(ndim), first(ndim)
       integer :: k, d
