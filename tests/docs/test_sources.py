@@ -36,3 +36,15 @@ def test_no_docstring_begins_with_a_word_and_a_colon():
     """ford takes such a line for metadata and leaves it out."""
     begin = re.compile(r"^(?! *!>).*\n *!> [\w-]+: ", re.MULTILINE)
     assert [path.name for path in SOURCES if begin.search("\n" + path.read_text())] == []
+
+
+def test_lines_are_short():
+    """As CONTRIBUTING.md says, comments too."""
+    long = [f"{path.name}:{number}" for path in SOURCES for number, line in enumerate(path.read_text().splitlines(), 1) if len(line) > 132]
+    assert long == []
+
+
+def test_headers_of_modules_are_short():
+    """A header says what a module is for and where its theory stands; the theory itself is in docs/explanation."""
+    heads = {path.name: len(re.match(r"(?:!.*\n)*", path.read_text())[0].splitlines()) for path in SOURCES}
+    assert {name: lines for name, lines in heads.items() if lines > 12} == {}
