@@ -73,8 +73,7 @@ contains
       end do
    end subroutine estimate_errors
 
-   !> By how much the phase of K of an interface turns, over the change of the logarithm of the length of the crack that K tells: 2 epsilon, and a tenth
-   !> at least of what is astray with it [rad].
+   !> Change of the phase of K of an interface over that of the logarithm of the crack length: 2 epsilon, at least 0.1 [rad].
    pure real(dp) function turn_of(field)
       type(tip_field_t), intent(in) :: field
       turn_of = max(0.1_dp, 2*abs(field%oscillation))
@@ -196,7 +195,7 @@ contains
             distance = norm(tips(t)%place - tips(number)%place)
             if (count([(norm(tips(d)%place - tips(number)%place) < distance, d=1, size(tips))]) > most_others) cycle
             call place_of_tip(problem, tips(t), off_of_j, off_of_k)
-            off_of_j = off_of_j*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii))) ! few cells see less of the field
+            off_of_j = off_of_j*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii))) ! few cells
             off_of_k = off_of_k*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii)))
             call find(h*static_tips%moved(:, :, t), no_shift, k_there, j_there)
             call find(-h*static_tips%moved(:, :, t), no_shift, k_here, j_here)

@@ -68,8 +68,8 @@ contains
 
    !> Update the errors of the last measured values. Differences of J and K between domains are errors too.
    !>
-   !> The nodal force is off by what it differs by from the part of J of its mode, and by what that part is off: where cells have been divided in
-   !> motion, particles may have stresses that no node feels. Without J nothing is known of that.
+   !> The error of a nodal force is its difference from J's part of its mode plus the error of that: where cells have been divided
+   !> in motion, particles may have stresses that act on no node. Without J that error is unknown.
    pure subroutine follow_values(tip, field, time, waves, values)
       type(crack_tip_t), intent(in) :: tip
       type(tip_field_t), intent(in) :: field     !! of the tip

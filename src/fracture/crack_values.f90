@@ -25,7 +25,7 @@ module hampm_crack_values
    !> Last measured values; those of the domain integral are 0 if it is not chosen.
    type :: crack_values_t
       type(estimate_t), allocatable :: estimates(:) !! of the chosen estimators, but the domain integral
-      logical :: has_left_node = .false.         !! whether the material has carried the tip from the node that some need: they are no numbers then
+      logical :: has_left_node = .false.         !! whether the material has carried the tip off the node that some need: NaN
       logical :: moves = .false.                 !! whether there is inertia
       logical :: cells_divide = .false.          !! whether cells are divided in motion
       logical :: is_closed = .false.             !! whether faces behind the tip press on each other

@@ -79,8 +79,8 @@ contains
       waves_of = cells_of_waves*cell/speed
    end function waves_of
 
-   !> Take a sample, and tell by what the last ones stray from a line, twice their standard deviation: 0 where they are too few in a time so short that what is
-   !> not of the cells has hardly another slope.
+   !> Add a sample, and find the scatter of the recent ones about a line, twice their standard deviation; 0 if too few lie within
+   !> the time in which the right value is nearly linear.
    pure subroutine add_recent(recent, time, value, waves, scatter)
       type(recent_t), intent(inout) :: recent
       real(dp), intent(in) :: time, value        !! [s]
@@ -115,7 +115,7 @@ contains
       scatter = 2*sqrt(sum((y - slope*t)**2)/(size(t) - 2))
    end subroutine add_recent
 
-   !> Follow a value: its error is a part of it, or of the largest so far, and not below `least`; in motion the last samples stray beside that.
+   !> Follow a value: its error is a part of it, or of the largest so far, and at least `least`; in motion plus the scatter.
    pure elemental subroutine follow(error, value, scale, least, time, waves)
       type(error_t), intent(inout) :: error
       real(dp), intent(in) :: value              !! in the unit of the column, as the next but one

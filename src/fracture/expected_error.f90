@@ -64,10 +64,10 @@ module hampm_expected_error
    !> either side by rounding.
    real(dp), parameter :: tip_zone = 3 + 1e-6_dp
 
-   real(dp), parameter :: most_level = 0.9_dp    !! part of the largest disc of a tip in which cells go with it, and do not change their shape
+   real(dp), parameter :: most_level = 0.9_dp    !! part of the largest disc of a tip in which cells move with it undeformed
 
-   !> How far from its place a tip inside a bilinear cell acts, in cells, at most in nineteen of twenty places and directions at random, as J and
-   !> as K tell (docs/explanation/energy_release_rate.md); of quadratic cells half of that.
+   !> Place error of a tip inside a bilinear cell, in cells, at most for 95 % of random places and directions, by J and by K
+   !> (docs/explanation/energy_release_rate.md); for quadratic cells half of it.
    real(dp), parameter :: astray_of_j = 0.19_dp, astray_of_k = 0.12_dp
 
    !> And a crack in it.
@@ -357,7 +357,7 @@ contains
    !> second where a ligament is a few cells wide; each falls short in the other case, so that the larger change is taken. Of two
    !> pairs they are lines. To this comes by how much closing a cell at another tip lowers d_1.
    !>
-   !> Between two materials what either mode has depends on the size of the cells, and may be less than nothing: both are taken as one.
+   !> Between two materials the share of either mode depends on the cell size and may be negative: both are taken as one.
    subroutine condense_onto_faces(condensation, pairs, others, to_g, shortness, as_one, crack)
       type(condensation_t), intent(in) :: condensation
       integer, intent(in) :: pairs, others       !! numbers of pairs behind the tip, and of other tips

@@ -29,9 +29,9 @@ module hampm_front_values
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
 
-   !> How far the front of the cells is from its place, in cells: where it runs with the lattice, alike all along, and where it does not.
+   !> Place error of the front in cells: where it runs with the lattice, the same all along, and where it crosses it
    real(dp), parameter :: astray_along = 0.03_dp, astray_across = 0.07_dp
-   real(dp), parameter :: least_part = 0.5_dp    !! of these radii, of fronts that grow near to sides and round off: G is known there, less so K
+   real(dp), parameter :: least_part = 0.5_dp    !! of these radii, for growing fronts near sides, rounded: G is known, K less so
    real(dp), parameter :: cells_of_hats = 3      !! to each side, of fronts that do not run with the lattice
 
    !> Last measured values, by hat function, with their errors.
@@ -358,14 +358,14 @@ contains
       type(front_values_t), intent(in) :: values
       real(dp) :: off(size(values%arc))
       off = abs(values%g)*2*merge(astray_along, astray_across, runs_with_lattice(values%domain%front)) &
-            *cell_at(values%domain%front, problem)/values%room
+            /max(values%room/cell_at(values%domain%front, problem), 1.0_dp)
       associate (g => values%g, n => size(off))
          off([1, n]) = off([1, n]) + merge(abs(g([1, n]) - g([2, n - 1])), 0.0_dp, values%is_free)
       end associate
    end function off_by_place
 
-   !> By how much the mean of G may be: where a front crosses planes of the lattice it is astray in each row of cells apart, and the mean of n rows by 1/sqrt(n) of
-   !> that [J/m2].
+   !> Error of the mean of G by the place of the front: if it crosses the lattice the place is off in each row of cells
+   !> independently, and the mean of n rows by 1/sqrt(n) of that [J/m2].
    pure real(dp) function mean_off_by_place(problem, values) result(off)
       type(problem_t), intent(in) :: problem
       type(front_values_t), intent(in) :: values

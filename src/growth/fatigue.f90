@@ -233,11 +233,11 @@ contains
       end do
    end function part_to_fracture
 
-   !> Count the cycles in which tips have advanced, from what K was before to what it is now. Where it reaches K_c on the way, `life` is known.
-   !> `have_arrested` tells that tips should not have advanced as far: no block lets them.
+   !> Count the cycles in which tips have advanced, from K before to K now. If K reaches K_c on the way, `life` is known.
+   !> `have_arrested`: no block lets tips advance as far as they have.
    !>
-   !> K may be off by a part, and between two places it is no line: as it rises with the way a, K''da**2 is about dK**2/K, and a line is off by a twelfth of that in
-   !> the mean. By as much more cycles tips need where K is less by that; where they do not grow then, the error is no number.
+   !> The error of the cycles: those that K less its relative error and dK**2/(12 K) takes more, the latter for K that is not linear
+   !> between two places, with K''da**2 about dK**2/K. NaN if tips do not grow then.
    subroutine count_cycles(fatigue, model, ways, now, off, have_arrested)
       type(fatigue_t), intent(inout) :: fatigue
       type(model_t), intent(in) :: model

@@ -86,8 +86,8 @@ contains
       end do
    end subroutine find_segments
 
-   !> Move an end to where its leaf ends, along the segment that comes from `from`. At a corner of leaves it stays; at an edge between two corners it is in the leaf ahead,
-   !> as functions of that edge would close the crack behind it.
+   !> Move an end to where its leaf ends, along the segment that comes from `from`. At a corner of leaves it stays; on an edge
+   !> between two corners it is in the leaf ahead: shape functions of that edge would close the crack behind it.
    pure subroutine move_end(forest, face, from, tip, end)
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: face                !! which one has material

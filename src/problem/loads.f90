@@ -62,7 +62,7 @@ module hampm_loads
 
 contains
 
-   !> A load shared by the particles in proportion to their mass within a box, where each acts in the middle of what the box has of its rectangle.
+   !> A load shared by the particles by their mass within a box; each acts in the middle of the part of its rectangle in the box.
    pure subroutine load_on_particles(p, lower, upper, load)
       type(particles_t), intent(in) :: p
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]

@@ -319,7 +319,7 @@ contains
       have_errors = size(m%crack) + size(m%fronts) > 0 .and. all(m%crack%errors%are_known)
    end function have_errors
 
-   !> By which part G may be off at the tip, or along the front, where that is most, of those with half of the largest G at least [-].
+   !> The largest relative error of G of tips, or along the front, of those with at least half of the largest G [-].
    real(dp) function part_of_rate(problem, cracks, m) result(part)
       type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
@@ -353,8 +353,8 @@ contains
       has_measured_tips = m%steps == problem%state%steps .and. m%layout == problem%blocks%layout
    end function has_measured_tips
 
-   !> Before a row of a motion: find by what values along fronts, and the forces of bodies that meet, stray in the last rows. Particles that change cells, and
-   !> waves that cells cannot carry, make them swing.
+   !> Before a row of a motion: find the scatter of values along fronts and of forces of body contact in recent rows, by particles
+   !> that change cells and by waves that cells cannot carry.
    subroutine follow_rows(model, problem, m)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
