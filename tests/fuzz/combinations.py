@@ -528,16 +528,57 @@ def thickness(case):
     case.same(maps.thicker_columns(case.base.row, case.base.units, 4.0), run, scale)
 
 
-def halved(case):
-    """Half of the loads, of the initial velocities and eigenstrains."""
+def times_loads(case, factor):
+    """All loads, initial velocities and eigenstrains times a factor."""
     case.need(case.linear and not (case.grows and case.time != "static") and not case.meets and not groups(case.scene, "control"))
     case.need(not any(keys.get("held") for name in ("load", "constraint") for keys in groups(case.scene, name)))
     case.need("load_factor" not in case.base.row or not any(any(keys.get("eigenstrain", ())) and keys.get("held", True) for keys in groups(case.scene, "body")))
     case.need(np.all(case.base.row.get("load_factor", 0.0) != 1.0))      # at rest, where no tip grows the loads are not scaled
-    run = case.again(maps.times_loads(case.scene, 0.5))
-    expected = maps.times_loads_columns(case.base.row, case.base.units, 0.5)
-    scale = maps.times_loads_columns({name: np.array(value) for name, value in case.scale.items()}, case.base.units, 0.5) if "load_factor" not in case.base.row else case.scale
+    run = case.again(maps.times_loads(case.scene, factor))
+    expected = maps.times_loads_columns(case.base.row, case.base.units, factor)
+    scale = maps.times_loads_columns({name: np.array(value) for name, value in case.scale.items()}, case.base.units, abs(factor)) if "load_factor" not in case.base.row else case.scale
     case.same(expected, run, scale)
+
+
+def halved(case):
+    """Half of the loads."""
+    times_loads(case, 0.5)
+
+
+def reversed_loads(case):
+    """The loads the other way: where faces may go through each other all that is linear has the other sign."""
+    case.need(not (case.grows or case.contact or case.push or case.absorbs) and case.indicator in ("none", "tip"))
+    times_loads(case, -1.0)
+
+
+def released(case):
+    """Of one tip under forces: J is what the strain energy gains with the length, by two lengths, within its bar and what such a difference is worth."""
+    cracks = [keys for keys in groups(case.scene, "crack") if keys["kind"] == "path"]
+    case.need(case.n == 2 and not is_ring(case.scene) and case.time == "static" and case.linear and len(groups(case.scene, "crack")) == len(cracks) == 1)
+    case.need(not (case.grows or case.contact or case.push) and case.indicator == "none" and "viscoelastic" not in case.laws)
+    case.need(not any("displacement" in keys or "velocity" in keys for keys in groups(case.scene, "constraint")))
+    case.need(not any(any(keys.get("eigenstrain", ())) or keys.get("shape", "rectangle") != "rectangle" for keys in groups(case.scene, "body")))
+    ends = [name for name in case.base.row if maps.family(name) == "J"]
+    case.need(len(ends) == 1 and not any(keys["kind"] == "pressure" for keys in groups(case.scene, "load")))
+    cell, length, energy = group(case.scene, "grid")["cell"], 0.5, []
+    for way in (-1, 1):
+        scene = copy_of(case.scene)
+        keys = next(keys for keys in groups(scene, "crack"))
+        x = np.array(keys["points"], float).reshape(-1, 2)
+        inside = [any(np.all(x[end] > keys["lower"]) and np.all(x[end] < keys["upper"]) for keys in groups(scene, "body")) for end in (0, -1)]
+        case.need(sum(inside) == 1)
+        at, before = (0, 1) if inside[0] else (-1, -2)
+        along = x[at] - x[before]
+        case.need(np.hypot(*along) > 2 * cell)
+        x[at] += way * length * cell * along / np.hypot(*along)
+        keys["points"] = [float(value) for value in x.ravel()]
+        run = case.bench.run(scene)
+        case.need(run.code == 0)
+        energy.append(run.row["strain_energy"][-1])
+    j, told = case.base.row[ends[0]][-1], case.base.row[ends[0].replace("J", "J_error")][-1]
+    gained = (energy[1] - energy[0]) / (2 * length * cell * thickness_of(case.scene))
+    if abs(j - gained) > 3 * told + 0.2 * abs(j) + 1e-3 * energy[0] / (2 * length * cell * thickness_of(case.scene)):
+        raise Fault(f"J is {j:.4g} +- {told:.2g}, the strain energy gains {gained:.4g} a length")
 
 
 def order(case):
@@ -822,7 +863,7 @@ def builds(case):
 
 OWN = {"finite": finite, "energies": energies, "forces": forces}
 SECOND = {"mirror in x": isometry(maps.MIRROR_X), "mirror in y": isometry(maps.MIRROR_Y), "quarter turn": isometry(maps.TURN), "units": units, "bits": bits, "thickness": thickness,
-          "halved": halved, "order": order, "reverse": reverse, "split": split, "motion": motion, "superposed": superposed, "reciprocal": reciprocal,
+          "halved": halved, "reversed": reversed_loads, "released": released, "order": order, "reverse": reverse, "split": split, "motion": motion, "superposed": superposed, "reciprocal": reciprocal,
           "slow": slow, "damped": damped, "still": still, "finer": finer, "reference": reference, "threads": threads, "resume": resume,
           "another end": another_end, "check": check, "builds": builds}
 IMAGES = ["mirror in x", "mirror in y", "quarter turn", "order", "reverse"]

@@ -249,7 +249,7 @@ def times_loads_columns(row, units, factor):
         n = power.get(units[column], 0)
         if family(column) in OPENINGS or column.startswith(LINEAR):
             n = 1
-        found[column] = values * factor**n
+        found[column] = values * (abs(factor) if family(column).endswith("_error") else factor) ** n
     return found
 
 
