@@ -34,7 +34,8 @@ release_kernels := -O3 --param inline-unit-growth=100 -finline-limit=1000 -flto
 release_often := -O2 -fpeel-loops -fno-schedule-insns2 --param max-inline-insns-auto=200 -flto
 release_seldom := -Og -ffrontend-optimize
 kernels := $(notdir $(wildcard src/law/*.f90)) $(addsuffix .f90,audit_kernels basis domain_pass element_assembly element_kernels element_stiffness \
-	matching mean_force missing_energy nodal_kernels particle_kernels particle_pass pass recovery sparse stencils support_pass tensors tip_domain)
+	ghost_penalty grid matching matter mean_force missing_energy nodal_kernels nodal_transfer numbering outline particle_kernels particle_pass pass \
+	recovery rigid_motions sparse stencils stiffness support_pass tensors tip_domain)
 seldom_folders := input simulation growth setup report output
 seldom := $(addsuffix .f90,absorbing_edges archive balance bodies body_contact closed_faces cohesive_zone constraints crack_errors crack_lines \
 	crack_measurements crack_values cracks domains edge_loads edge_parts error_context estimated_errors estimator estimators failure fatigue_rates \
@@ -90,7 +91,7 @@ parallel = --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,-j$(JOBS))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab check test costs verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
+TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab check test costs mutants verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -177,6 +178,10 @@ costs:  ## measure the processor time of each test of `make test`, and leave to 
 	@rm -rf build/costs
 	-PYTHONPATH=tests $(PYTHON) -m pytest -q -p costs -n $(JOBS) --dist loadgroup -m "not verify" tests
 	$(PYTHON) tests/costs.py
+
+mutants:  ## put small faults into copies of src/, one at a time, and ask the tests to find them: 200 of seed 1; minutes=N to stop then
+	@tools/setup.sh test
+	$(PYTHON) tests/mutants.py $(if $(minutes),--minutes $(minutes)) --whole
 
 verify: setup  ## run the tests that take long, which `make test` leaves out, and write the tables of docs/evidence/verification.md
 	@$(MAKE) $(parallel) program unit

@@ -83,24 +83,28 @@ contains
       integer, intent(in) :: number                     !! of the particle; may be not set where the law has no history
       real(dp), intent(in), optional :: hoop            !! H_33 [-]
       if (material%has_history) then
-         work = history_work(material, before, change, dt, p%history_of(number), hoop)
+         work = work_of_step(material, before, change, dt, p%history_of(number), hoop)
       else if (material%linear) then
          work = sum(change*material%first_piola_stress(before + change/2, hoop=hoop))
       else
-         work = sum(change*(material%first_piola_stress(before + gauss(1)*change, hoop=hoop) &
-                            + material%first_piola_stress(before + gauss(2)*change, hoop=hoop)))/2
+         work = work_of_step(material, before, change, dt, [real(dp) ::], hoop)
       end if
    end function work_of_change
 
-   !> Work of the stress of a law with a history per volume in a step of length `dt` [J/m3]: by the trapezoidal rule or, of a law
-   !> that does not yield, the change of stored and dissipated energy, which are exact for strain at a constant rate.
-   pure real(dp) function history_work(material, before, change, dt, old_state, hoop) result(work)
+   !> Work of the stress per volume in a step of length `dt` [J/m3]. Nonlinear elasticity: Gauss's rule. A law with a history: the
+   !> trapezoidal rule or, if it does not yield, the change of stored and dissipated energy, which are exact at a constant strain rate.
+   pure real(dp) function work_of_step(material, before, change, dt, old_state, hoop) result(work)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
       real(dp), intent(in) :: dt                        !! [s]
-      real(dp), contiguous, intent(in) :: old_state(:)  !! state variables of the particle
+      real(dp), contiguous, intent(in) :: old_state(:)  !! state variables of the particle, none without a history
       real(dp), intent(in), optional :: hoop            !! H_33 [-]
       real(dp) :: next(size(old_state))
+      if (.not. material%has_history) then
+         work = sum(change*(material%first_piola_stress(before + gauss(1)*change, hoop=hoop) &
+                            + material%first_piola_stress(before + gauss(2)*change, hoop=hoop)))/2
+         return
+      end if
       next = old_state
       call material%update_state(before + change, dt, next, hoop)
       if (.not. material%yields) then
@@ -110,7 +114,7 @@ contains
       end if
       work = sum(change*(material%first_piola_stress(before, old_state, hoop) &
                          + material%first_piola_stress(before + change, next, hoop)))/2
-   end function history_work
+   end function work_of_step
 
    !> Work of the hoop stress per volume as a particle of axisymmetric material is widened, by Gauss's rule [J/m3].
    pure real(dp) function work_of_hoop(material, before, p, i) result(work)
