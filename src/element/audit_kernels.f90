@@ -92,7 +92,7 @@ contains
    end function work_of_change
 
    !> Work of the stress per volume in a step of length `dt` [J/m3]. Nonlinear elasticity: Gauss's rule. A law with a history: the
-   !> trapezoidal rule or, if it does not yield, the change of stored and dissipated energy, which are exact at a constant strain rate.
+   !> trapezoidal rule or, if it does not yield, the change of stored and dissipated energy, exact at a constant strain rate.
    pure real(dp) function work_of_step(material, before, change, dt, old_state, hoop) result(work)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
