@@ -4,6 +4,7 @@
     python tools/structure.py --svg FILE                   the picture of the folders and of what each uses
     python tools/structure.py --chain run take_step ...    the shortest chain of calls from one procedure to the next of these
     python tools/structure.py --velocity                   the files that one opens to follow a particle's velocity to G
+    python tools/structure.py --walks                      files and depth of the five walks of CONTRIBUTING.md
 
 --velocity counts the files on the shortest chains of calls from the start of the program to each procedure that names the velocity,
 that is handed one, that names a column such as G_vcct_I, or whose own name then begins with `vcct`; and the files
@@ -42,6 +43,8 @@ STEPS = {  # from the loop of a run to where a step is done
                               ("run.advance_to_row", "take_step", "step_in_tiles", "element_kernels.apply_mass"),
                               ("run.advance_to_row", "take_step", "step_in_stages", "element_kernels.apply_mass"))}
 COLUMN = re.compile(r"G_(\w+)_I{0,2}$")
+STEP = re.compile(r"^\| (`\w+`(?:, `\w+`)*) \| `src/([\w/]+\.f90)` \| (?:`(\w+)`)?(?:, bound as `(\w+)` in `src/([\w/]+\.f90)`)? ?\|", re.MULTILINE)
+WALK = re.compile(r"^\| (\d)\. [^|]+ \| `(input/[\w/]+\.nml)` \| ([A-Z, ]+) \| (\d+) \| (\d+) \|$", re.MULTILINE)
 
 
 # --- imports ----------------------------------------------------------------------------------------------------------
@@ -178,6 +181,50 @@ def walks(calls):
         yield way, {scope.path for chain in chains for scope in chain}, max(len(calls.chain(*map(calls.find, points))) - 1 for points in steps)
 
 
+def written_walks(page):
+    """The walks that CONTRIBUTING.md has: (model, steps, files, depth) each; a step is (procedures, file, caller, name by which that calls
+    them where they are bound at run time, file that binds them)."""
+    parts = re.split(r"^#### (\w)\. .*$", page.partition("### Five walks")[2].partition("\n## ")[0], flags=re.MULTILINE)
+    tables = dict(zip(parts[1::2], map(STEP.findall, parts[2::2])))
+    return [(model, [step for table in (*shared.split(", "), number) for step in tables[table]], int(files), int(depth))
+            for number, model, shared, files, depth in WALK.findall(parts[0])]
+
+
+def walked(program, steps):
+    """The files of a walk, and how many calls below the first step its deepest one is. Each caller is to be a step before, and to call what
+    it calls, by no other procedures than those of its own file; else a ValueError tells where the walk is wrong."""
+    scopes = {(str(scope.path), scope.name): scope for scope in reversed(program.scopes) if scope.is_procedure() or scope.kind == "program"}
+    called = {}
+
+    def calls_of(scope):
+        if scope not in called:
+            called[scope] = {callee for callee, _ in program.calls(scope)}
+        return called[scope]
+
+    def calls_between(caller, callee, binding):
+        new, seen, n = {caller}, {caller}, 1
+        while new:
+            if any(callee in calls_of(scope) or binding and f"%{binding}(" in "".join(scope.statements).replace(" ", "") for scope in new):
+                return n
+            new = {other for scope in new for other in calls_of(scope) if other.path == caller.path} - seen
+            seen, n = seen | new, n + 1
+        raise ValueError(f"{caller.title()} does not call {callee.title()}")
+
+    depth, at = {}, {}
+    for names, path, caller, binding, binder in steps:
+        for name in re.findall(r"\w+", names):
+            if (scope := scopes.get((path, name))) is None:
+                raise ValueError(f"src/{path}: there is no {name}")
+            if at and caller not in at:
+                raise ValueError(f"{name}: {caller or 'the caller'} is no step before it")
+            if at.setdefault(name, scope) is not scope:
+                raise ValueError(f"{name}: two steps have this name")
+            if binder and not any(scope in calls_of(other) for other in scopes.values() if str(other.path) == binder):
+                raise ValueError(f"src/{binder} does not bind {name}")
+            depth[name] = depth[caller] + calls_between(at[caller], scope, binding) if caller else 0
+    return {str(scope.path) for scope in at.values()} | {binder for *_, binder in steps if binder}, max(depth.values())
+
+
 def followed(calls, word="velocity"):
     """Of every file on the way of a quantity from the namelist to a column of G: why it is there."""
     mention = re.compile(rf"\b{word}\b")
@@ -302,6 +349,7 @@ def main():
     parser.add_argument("--chain", metavar="PROCEDURE", nargs="+")
     parser.add_argument("--velocity", action="store_true")
     parser.add_argument("--executed", action="store_true")
+    parser.add_argument("--walks", action="store_true")
     options = parser.parse_args()
     program = read(SOURCES)
     page = (ROOT / "CONTRIBUTING.md").read_text()
@@ -317,7 +365,11 @@ def main():
         why = followed(calls)
         print(f"from the velocity of a &body to G: {len(why)} files")
         print(*(f"  {path!s:36} {text}" for path, text in sorted(why.items())), sep="\n")
-    if not (options.svg or options.chain or options.velocity):
+    if options.walks:
+        for model, steps, *_ in written_walks(page):
+            files, depth = walked(program, steps)
+            print(f"{model}: {len(steps)} steps, {len(files)} files, {depth} calls deep")
+    if not (options.svg or options.chain or options.velocity or options.walks):
         print(*report(program, reading_order(page)), sep="\n")
 
 
