@@ -319,7 +319,8 @@ contains
       have_errors = size(m%crack) + size(m%fronts) > 0 .and. all(m%crack%errors%are_known)
    end function have_errors
 
-   !> The largest relative error of G of tips, or along the front, of those with at least half of the largest G [-].
+   !> The largest relative error of G of tips, or along the front, of those with at least half of the largest G [-]; 0 if G is not
+   !> above its error: nothing grows then, and the loads are those of the model.
    real(dp) function part_of_rate(problem, cracks, m) result(part)
       type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
@@ -344,6 +345,7 @@ contains
       end do
       part = 0
       if (any(rate > 0)) part = maxval(error/max(rate, tiny(rate)), mask=rate >= maxval(rate)/2)
+      if (part >= 1) part = 0
    end function part_of_rate
 
    !> Whether tips have been measured after the last step, with the cells as they are.
