@@ -277,7 +277,7 @@ program: $(PROGRAM)
 tools: $(TOOLS) $(DRIVERS)
 
 # flang has no underflow modes
-unit: $(UNIT_PROGRAMS) tools $(call objects,$(filter-out $(if $(filter portable,$(build)),%/minimal_step.f90),$(wildcard bench/*.f90)))
+unit: $(UNIT_PROGRAMS) tools $(call objects,$(filter-out $(if $(solid)$(filter portable,$(build)),%/minimal_step.f90),$(wildcard bench/*.f90)))
 
 clean:  ## remove what was built; results stay
 	rm -rf build
