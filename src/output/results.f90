@@ -313,6 +313,7 @@ contains
    subroutine write_samples(self, fault)
       class(results_t), intent(inout) :: self
       type(failure_t), intent(inout) :: fault
+      real(dp), allocatable :: by_sample(:, :)   ! gfortran 14 passes a transposed section without copying it
       integer :: i, first, last
       if (self%waiting == 0) return
       last = 0
@@ -322,7 +323,8 @@ contains
          if (last == first) then
             call self%columns(i)%append(self%file, self%samples(:self%waiting, first), fault) ! HDF5 makes integers of whole numbers
          else
-            call self%columns(i)%append(self%file, transpose(self%samples(:self%waiting, first:last)), fault)
+            by_sample = transpose(self%samples(:self%waiting, first:last))
+            call self%columns(i)%append(self%file, by_sample, fault)
          end if
          if (fault%failed()) return
       end do
