@@ -39,7 +39,7 @@ NO_CODE = re.compile(r"::|^\s*(!|use\b|implicit|end\b|module|contains|private|pu
 NEAR = {"fracture growth": (["tests/program", "tests/regression", "tests/cases"], "growth or front or crack or fatigue or regression or estimate or stress"),
         "element points law time solve problem": (["tests/regression", "tests/program", "tests/cases"],
                                                   "regression or law or implicit or static or solid or physics or contact or rest or step or loads or pressure"),
-        "mesh adapt interface": (["tests/cases", "tests/program"], "cut or refin or contact or cohesive or solid or quadratic or travel or interface or checkpoint"),
+        "geometry mesh adapt interface": (["tests/cases", "tests/program"], "cut or refin or contact or cohesive or solid or quadratic or travel or interface or checkpoint"),
         "input setup": (["tests/cli", "tests/cases", "tests/program"], ""), "output report": (["tests/output", "tests/cli", "tests/postprocess", "tests/program"],
                                                                                           "output or column or result or checkpoint or probe or stop or told or summary or cli"),
         "": (["tests/cli", "tests/regression", "tests/program"], "cli or regression or checkpoint or stop or run or growth or permission or observer or static")}

@@ -55,7 +55,7 @@ def main():
     parser.add_argument("model", type=Path)
     parser.add_argument("--order", type=int, default=ORDER, metavar="N", help="of the elements; one less tells their error")
     parser.add_argument("--levels", type=int, default=0, metavar="N")
-    parser.add_argument("--by-nodes", action="store_true", help="supports on edges end at the last node in their box, as those of the program do")
+    parser.add_argument("--by-nodes", action="store_true", help="supports on edges end at the last node in their box and body loads act on whole particles, as in version 2; tells whether that explains a disagreement")
     parser.add_argument("--program", type=Path, default=PROGRAM, metavar="FILE")
     options = parser.parse_args()
     try:
