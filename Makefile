@@ -40,7 +40,7 @@ seldom_folders := input simulation growth setup report output
 seldom := $(addsuffix .f90,absorbing_edges archive balance bodies body_contact closed_faces cohesive_zone constraints crack_errors crack_lines \
 	crack_measurements crack_values cracks domains edge_loads edge_parts error_context estimated_errors estimator estimators failure fatigue_rates \
 	fine_region front front_closure front_values growth_laws indicators instant interface_placement interruption json kinks load_following \
-	load_sharing local_leapfrog material_force moving_front nodal_release patch path_closure plane_cuts plane_points quadratic_children \
+	load_sharing local_leapfrog material_force moving_front nodal_release patch plane_cuts plane_points quadratic_children \
 	quadratic_points quadratic_tip_offset reference_step static_equilibrium step_groups supports symmetric_turns t_stress text \
 	tip_measurements version)
 # To compile what is edited, and run it, in a few seconds

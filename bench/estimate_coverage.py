@@ -81,7 +81,7 @@ def compare(specimen, columns, truths):
         known = {"J": (fine["J"], coarse["J"], fine["J"]), "G": (fine["J"], coarse["J"], fine["J"])}
         for mode, name in enumerate(("I", "II")):
             known[f"K_{name}"] = (fine["K"][mode], coarse["K"][mode], size_k)
-            for estimator in ("domain", "vcct", "series_fit"):
+            for estimator in ("domain", "vcct"):
                 known[f"G_{estimator}_{name}"] = (fine["parts"][mode], coarse["parts"][mode], fine["J"])
         for column, (value, other, size) in known.items():
             if column + suffix not in columns or f"{column}_error{suffix}" not in columns:

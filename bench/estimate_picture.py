@@ -17,8 +17,8 @@ from pictures import COLOURS as PALETTE  # noqa: E402
 from pictures import STYLE, plt  # noqa: E402
 
 LEAST, MOST = 1e-3, 1e2    # [%]
-COLOURS = dict(zip(["J", "G", "K", "G_domain", "G_vcct", "G_series_fit"], PALETTE))
-WORDS = {"J": "$J$", "G": "$G$", "K": "$K$", "G_domain": "$G$, parts of $J$", "G_vcct": "$G$ by VCCT", "G_series_fit": "$G$ by series fit"}
+COLOURS = dict(zip(["J", "G", "K", "G_domain", "G_vcct"], PALETTE))
+WORDS = {"J": "$J$", "G": "$G$", "K": "$K$", "G_domain": "$G$, parts of $J$", "G_vcct": "$G$ by VCCT"}
 
 
 def family(row):

@@ -38,7 +38,6 @@ class Scene:
     end: float = 1.0
     body: str = ""
     nodal: bool = False    # estimators that close a crack at a node
-    closure: bool = False  # that along any direction
     room: int = 1
 
     def text(self):
@@ -55,7 +54,7 @@ class Scene:
         lines.append(f"&method {self.method} /")
         if self.level or self.indicator != "tip":
             lines.append(f"&refine indicator='{self.indicator}' max_level={self.level} {self.refine} /")
-        estimators = ["'domain_integral'"] + ["'vcct'"] * self.nodal + ["'series_fit'"] * self.closure
+        estimators = ["'domain_integral'"] + ["'vcct'"] * self.nodal
         lines.append(f"&energy_release estimators={','.join(estimators)} /")
         return "\n".join(lines) + "\n"
 
@@ -136,7 +135,6 @@ def make(kind, number):
     elif kind == "pressure":
         scene.loads = []
         scene.uniform(1, 1, 0)                   # opens a crack as much as a pressure on its faces does
-        scene.closure = False
         changes["loads"] = scene.loads
         scene.loads = [f"kind='pressure' on='crack' pressure={STRESS}"]
     if kind == "cpdi":
@@ -144,7 +142,7 @@ def make(kind, number):
     truths = []
     for extra in (2, 3):
         values = dict(poisson=0.3, plane="stress", law=Scene.law, points=3, order=2, indicator="tip", refine="rings=6", method="time='static'",
-                      end=1.0, level=(max(scene.level, 1) if scene.indicator == "tip" else 2) + extra, nodal=False, closure=False) | changes
+                      end=1.0, level=(max(scene.level, 1) if scene.indicator == "tip" else 2) + extra, nodal=False) | changes
         if kind == "quadratic":
             values["points"] = 4
             values["level"] = max(scene.level, 1) + extra
@@ -227,7 +225,6 @@ def on_path(dice, scene, kind):
         bend = angle + dice.choice([-1, 1]) * dice.uniform(0.3, 0.9)
         points = [(x - c, y - s), (x, y), (x + a * cos(bend), y + a * sin(bend))]
     scene.crack = ["kind='path' points=" + ",".join(f"{v:.4f}e-3" for point in points for v in point)]
-    scene.closure = dice.random() < 0.5 and scene.level > 0
 
 
 def pressed(dice, scene, kind):

@@ -86,7 +86,6 @@ TABLES = {
         "T-stress": "&crack and &energy_release t_stress = .true.",
         "K of an interface": "&crack and &energy_release phase_length",
         "VCCT": "&crack and &energy_release estimators = 'vcct'",
-        "near-tip series fit": "&crack and &energy_release estimators = 'series_fit'",
         "material forces": "&crack and &energy_release estimators = 'material_force'",
         "stress closure": "&crack and &energy_release estimators = 'stress_closure'",
         "energy balance": "&crack and &energy_release energy_balance = .true.",

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Print namelists and sweeps of version 1 with the names that version 2 gives to groups' keys, to values and to columns.
+"""Print namelists and sweeps of versions 1 and 2 with the names that version 3 gives to groups' keys, to values and to columns.
 
     tools/upgrade.py case.nml                 prints it rewritten; comments and layout stay
     tools/upgrade.py --in-place *.nml *.yaml  writes the files that change

@@ -3,7 +3,6 @@ module hampm_estimators
    use hampm_crack_closure, only: virtual_crack_closure, stress_closure
    use hampm_estimator, only: estimator_t
    use hampm_material_force, only: material_force
-   use hampm_path_closure, only: path_closure
    implicit none
    private
    public :: estimators
@@ -17,9 +16,6 @@ contains
          estimator_t('domain_integral', needs_radii=.true.), &
          estimator_t('vcct', 'energy release rate, virtual crack closure', needs_nodes=.true., needs_two_points=.true., &
                      needs_elasticity=.true., differs_from_j=.true., find=virtual_crack_closure), &
-         estimator_t('series_fit', 'energy release rate, near-tip series fit', needs_radii=.true., &
-                     needs_elasticity=.true., needs_isotropy=.true., needs_free_faces=.true., needs_tip_at_rest=.true., &
-                     find=path_closure), &
          estimator_t('material_force', 'energy release rate, material forces of the nodes', needs_radii=.true., &
                      needs_free_faces=.true., needs_tip_at_rest=.true., differs_from_j=.true., find=material_force), &
          estimator_t('stress_closure', 'energy release rate, stress closure', needs_nodes=.true., needs_mass=.true., &

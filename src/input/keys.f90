@@ -31,7 +31,8 @@ module hampm_keys
       renamed_t('method', 'full_region', '', 'consistent_region'), renamed_t('method', 'full_lower', '', 'consistent_lower'), &
       renamed_t('method', 'full_upper', '', 'consistent_upper'), &
       renamed_t('energy_release', 'estimators', 'nodal_force', '''vcct'''), &
-      renamed_t('energy_release', 'estimators', 'crack_closure', '''series_fit'''), &
+      renamed_t('energy_release', 'estimators', 'crack_closure', '''domain_integral'''), &
+      renamed_t('energy_release', 'estimators', 'series_fit', '''domain_integral'''), &
       renamed_t('energy_release', 'estimators', 'energy_balance', 'energy_balance = .true. beside the estimators')]
 
 contains

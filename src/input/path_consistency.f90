@@ -186,11 +186,6 @@ contains
                         ' m of it, and two of the finest cells, '//to_text(least)//' m, are the least; use smaller cells'
                else if (any(radii(2:) <= radii(:size(radii) - 1))) then
                   why = 'must increase from one to the next'
-               else if (any(model%energy_release%chosen%name == 'series_fit') .and. &
-                        .not. maxval(radii) >= 2*least - tolerance(model%grid)) then
-                  why = 'the largest must be at least '//to_text(2*least)// &
-                        ' m, four of the finest cells, with ''series_fit'', and is '//length_text(maxval(radii))// &
-                        ' m around the tip '//point_text(tip)//', where there is room for '//length_text(most)//' m'
                else if (room >= least .and. &
                         any(radii < least - tolerance(model%grid) .or. radii > most + tolerance(model%grid))) then
                   why = 'must be in ['//to_text(least)//', '//length_text(most)// &

@@ -34,12 +34,12 @@ contains
                          '"requires" means all of these, and every other word any of them. Only materials of which there is a '// &
                          'body and bodies that are no holes count there.', 0) &
              //line('') &
-             //paragraph('Of '//to_text(size(rules))//' rules '//to_text(number(not_with) + number(requires))// &
+             //paragraph('Of '//to_text(count(.not. is_void(rules)))//' rules '//to_text(number(not_with) + number(requires))// &
                          ' refuse a model, '//to_text(number(no_effect_with) + number(no_effect_without))// &
                          ' are about keys without effect, and '//to_text(number(warned_with) + number(noted_with))// &
-                         ' warn. The reason of '//to_text(count(rules%basis == mechanics))//' is one of mechanics, '// &
-                         to_text(count(rules%basis == by_meaning))//' follow from what keys mean, and '// &
-                         to_text(count(rules%basis == not_built))//' say "(not built)": there is none but that the program '// &
+                         ' warn. The reason of '//to_text(with_reason(mechanics))//' is one of mechanics, '// &
+                         to_text(with_reason(by_meaning))//' follow from what keys mean, and '// &
+                         to_text(with_reason(not_built))//' say "(not built)": there is none but that the program '// &
                          'cannot do it yet.', 0)
       do g = 1, size(groups)
          text = text//section('## &'//trim(groups(g)%name), trim(groups(g)%name))
@@ -49,8 +49,20 @@ contains
    !> How many rules have a verdict.
    pure integer function number(verdict)
       integer, intent(in) :: verdict
-      number = count(rules%verdict == verdict)
+      number = count(rules%verdict == verdict .and. .not. is_void(rules))
    end function number
+
+   !> How many rules have a reason of a kind.
+   pure integer function with_reason(basis)
+      integer, intent(in) :: basis
+      with_reason = count(rules%basis == basis .and. .not. is_void(rules))
+   end function with_reason
+
+   !> Whether a rule is about choices of which the program has none.
+   elemental logical function is_void(rule)
+      type(rule_t), intent(in) :: rule
+      is_void = index(with_or(trim(rule%subject)), ' = ''''') > 0
+   end function is_void
 
    !> The rules whose message is about a group; '' where there are no such rules.
    pure function section(title, group) result(text)
@@ -59,7 +71,7 @@ contains
       integer :: k
       text = ''
       do k = 1, size(rules)
-         if (rules(k)%subject(2:index(rules(k)%subject, ' ') - 1) /= group) cycle
+         if (rules(k)%subject(2:index(rules(k)%subject, ' ') - 1) /= group .or. is_void(rules(k))) cycle
          if (text == '') text = line('')//line(title)//line('')
          text = text//paragraph('- '//sentence(rules(k)), 2)
       end do
@@ -118,7 +130,7 @@ contains
       text = ''
       do k = 1, size(rules)
          associate (rule => rules(k))
-            text = text//item(new_line('a')//' '//object( &
+            if (.not. is_void(rule)) text = text//item(new_line('a')//' '//object( &
                member('subject', trim(expanded(rule%subject, '''', ' | ')))// &
                member('verdict', trim(verdicts(rule%verdict)))//member('other', trim(expanded(rule%other, '''', ' | ')))// &
                member('basis', trim(bases(rule%basis)))//member('reason', trim(rule%reason))//member('use', trim(rule%use))))

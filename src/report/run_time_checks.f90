@@ -117,8 +117,8 @@ contains
                       'part of an edge, some cells long', lone, warning)
          if (any(measurements%crack%has_left_node)) &
             call warn(problem%state%when()//'the material has carried '//carried//': ''vcct'' and ''stress_closure'' '// &
-                      'are not numbers from now on. Use &energy_release estimators = ''domain_integral'' or '// &
-                      '''series_fit'', or &method frame = ''total''', carried, warning)
+                      'are not numbers from now on. Use &energy_release estimators = ''domain_integral'', or '// &
+                      '&method frame = ''total''', carried, warning)
       end if
       if (.not. problem%interfaces%are_bounded .and. .not. failure%failed()) call check_pieces(problem, failure)
    end subroutine check_state

@@ -67,7 +67,7 @@ VALUES = [
     ("'musl'", "7", "scheme", "scheme = 7: must be in quotes"),
     ("fix = 'y'", "fix = 'z'", "fix", "&constraint fix = 'z': must be 'x', 'y' or 'xy'"),
     ("plane = 'stress'", "plane = 'strian'", "plane", "did you mean 'strain'?"),
-    ("'vcct',", "'nodal_forces',", "estimators", "value 1 must be 'domain_integral', 'vcct', 'series_fit'"),
+    ("'vcct',", "'nodal_forces',", "estimators", "value 1 must be 'domain_integral', 'vcct', 'material_force'"),
     ("'vcct',", "10*'vcct',", "estimators", "may have at most "),
     ("title = 'beam'", "title = '" + "x" * 1100 + "'", "title", "must not be longer than 1024 characters"),
     ("title = 'beam'", "title = 'a\x07b'", "title", "title = 'a?b': must not contain control characters"),

@@ -66,7 +66,7 @@ UPGRADED = """\
 /
 &energy_release energy_balance = .true. /
 &energy_release estimators = 'vcct'  energy_balance = .true. radii = 1 /
-&energy_release estimators = 1*'series_fit' reference = 'dcb'
+&energy_release estimators = 1*'domain_integral' reference = 'dcb'
 """
 SWEEP = """\
 # mass: full
@@ -104,7 +104,7 @@ product:
   energy_release.estimators, energy_release.energy_balance:
     - [vcct, .false.]
     - [[vcct], .true.]
-    - ["series_fit", .true.]
+    - ["domain_integral", .true.]
     - ["", .true.]
   method.consistent_region:
   - box
@@ -115,13 +115,13 @@ cases:
     energy_release.estimators: ""
     energy_release.energy_balance: .true.
     contact.bodies: ${HAMPM_BODIES}
-columns: [G_vcct_I, "G_series_fit*", J_domain_dependence_tip2, distance_to_equilibrium, J]
+columns: [G_vcct_I, "G_domain*", J_domain_dependence_tip2, distance_to_equilibrium, J]
 """
 OLD_VALUES = [(group, key, old, new) for (group, key), values in upgrade.VALUES.items() for old, new in values.items()]
 OLD = re.compile(
     r"\bG_(nodal_force|crack_closure)|\bnodal_force\b|\bpush_only\b|\bfull_(region|lower|upper)\b|\bdistance_from_rest\b|\bJ_spread\b"
     r"|\bdilatation *= *'|(?<!_)\bfunctions *= *'(cpdi|linear)'|\bmass *= *'(full|blend)'|\bmass=(full|blend)|\bblend = [.\d]"
-    r"|\bmethod\.mass: [^\n]*\b(full|blend)\b|\bbodies *= *'joined'|`(full|blend|functions|dilatation|part|joined|kinematic|crack_closure)`|estimators\b[^/\n]*\benergy_balance'")
+    r"|\bmethod\.mass: [^\n]*\b(full|blend)\b|\bbodies *= *'joined'|`(full|blend|functions|dilatation|part|joined|kinematic|crack_closure|series_fit)`|estimators\b[^/\n]*\benergy_balance'")
 WITH_OLD = "test_words.py", "test_upgrade.py", "test_same_numbers.py", "test_history.py"  # which are about old names
 
 
@@ -142,7 +142,7 @@ def test_files_are_rewritten_once(tmp_path, name, old, new):
 
 def test_columns_are_listed():
     names = json.loads(tool("--columns").stdout)
-    assert {"G_nodal_force_I": "G_vcct_I", "G_crack_closure_II_error_tip3": "G_series_fit_II_error_tip3", "J_spread": "J_domain_dependence",
+    assert {"G_nodal_force_I": "G_vcct_I", "G_crack_closure_II_error_tip3": "G_domain_II_error_tip3", "J_spread": "J_domain_dependence",
             "distance_from_rest": "distance_to_equilibrium"}.items() <= names.items() and "J" not in names
 
 

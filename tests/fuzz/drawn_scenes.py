@@ -29,7 +29,7 @@ CHOICES = {
     "growth": {"law": ["quasi_static", "prescribed", "toughness", "fatigue"], "rate": ["paris", "walker", "forman"], "direction": ["straight", "hoop_stress", "local_symmetry", "max_energy"],
                "tips": ["all", "largest", "last", "first"]},
     "cycles": {"repeat": [False, True]},
-    "energy_release": {"estimators": [["domain_integral"], ["vcct"], ["stress_closure"], ["series_fit"], ["material_force"], [],
+    "energy_release": {"estimators": [["domain_integral"], ["vcct"], ["stress_closure"], ["material_force"], [],
                                       ["domain_integral", "vcct"]], "energy_balance": [False, True], "t_stress": [False, True]},
 }
 REQUIRED = {"run", "grid", "material", "body"}
@@ -525,10 +525,6 @@ class Drawing:
             names.append("domain_integral")
         if self.crack in ("line", "symmetry") and not (self.grows or self.holds):
             names += [name for name in ("vcct", "stress_closure") if chance.random() < 0.4]
-            if len(names) > 2:
-                names.append("series_fit")
-        if self.crack == "path" and not self.grows and chance.random() < 0.15:
-            names.append("series_fit")
         if self.crack != "none" and not (self.grows or self.holds) and chance.random() < 0.25:
             names.append("material_force")
         keys = {"estimators": names} | ({"energy_balance": True} if chance.random() < 0.5 else {})

@@ -107,7 +107,7 @@ class Answer:
                 self.spread[f"{name}{suffix}"] = apart * factor
             if scene.body_at(tip).material.isotropic:
                 for mode, value in (("I", k1), ("II", k2)):
-                    for estimator in ("domain", "vcct", "stress_closure", "series_fit", "material_force"):
+                    for estimator in ("domain", "vcct", "stress_closure", "material_force"):
                         self.add(f"G_{estimator}_{mode}{suffix}", f"G_{estimator}", abs(j) * value**2 / max(k1**2 + k2**2, 1e-300), energy, j)
                         self.spread[f"G_{estimator}_{mode}{suffix}"] = spread[0] * energy
 

@@ -1,8 +1,8 @@
-"""Keys of models, and columns and attributes of results, of version 1 by the names that they have now."""
+"""Keys of models, and columns and attributes of results, of versions 1 and 2 by the names that they have now."""
 
-ESTIMATORS = {"nodal_force": "vcct", "crack_closure": "series_fit"}
+ESTIMATORS = {"nodal_force": "vcct", "crack_closure": "domain_integral", "series_fit": "domain_integral"}
 COLUMNS = {
-    **{f"G_{old}_{mode}{error}": f"G_{new}_{mode}{error}" for old, new in ESTIMATORS.items()
+    **{f"G_{old}_{mode}{error}": f"G_{new.removesuffix('_integral')}_{mode}{error}" for old, new in ESTIMATORS.items()
        for mode in ("I", "II") for error in ("", "_error")},
     "J_spread": "J_domain_dependence",
 }

@@ -481,7 +481,7 @@ class Cycles(Group):
 class EnergyRelease(Group):
     """Which energy quantities are recorded."""
 
-    estimators: Literal['domain_integral', 'vcct', 'series_fit', 'material_force', 'stress_closure'] | Sequence[Literal['domain_integral', 'vcct', 'series_fit', 'material_force', 'stress_closure']] | None
+    estimators: Literal['domain_integral', 'vcct', 'material_force', 'stress_closure'] | Sequence[Literal['domain_integral', 'vcct', 'material_force', 'stress_closure']] | None
     """Of the energy release rate and of K, which the history records; none by default; no default"""
     energy_balance: bool | None
     """Whether the history records the energy that the method itself loses, numerical_loss; default False"""
