@@ -109,7 +109,7 @@ contains
    end function best
 
    !> The same under loads that are multiplied by a factor, of a linear body.
-   function times(self, factor) result(values)
+   pure function times(self, factor) result(values)
       class(crack_values_t), intent(in) :: self
       real(dp), intent(in) :: factor             !! [-]
       type(crack_values_t) :: values

@@ -168,21 +168,23 @@ contains
                                                    /merge(1, 3, model%run%plane == 'stress')
    end function zone_of
 
-   !> Advance of each tip in the next cycles [m]: in the first in which a tip grows, or the mean of all blocks if these repeat.
-   pure function next_rates(fatigue, model, at) result(rates)
+   !> Advance of each tip that grows in the next cycles [m]: in the first in which one does, or the mean of all blocks if these
+   !> repeat.
+   pure function next_rates(fatigue, model, at, grows) result(rates)
       type(fatigue_t), intent(in) :: fatigue
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: at(:, :, :)
+      logical, intent(in) :: grows(:)            !! whether each tip still does
       real(dp) :: rates(size(at, 3))
       integer :: b
       rates = 0
       if (model%cycles%repeats) then
          do b = 1, size(fatigue%top)
-            rates = rates + model%cycles%number(b)/sum(model%cycles%number)*rates_of(fatigue, model, at, b)
+            rates = rates + model%cycles%number(b)/sum(model%cycles%number)*merge(rates_of(fatigue, model, at, b), 0.0_dp, grows)
          end do
       else
          do b = fatigue%block, size(fatigue%top)
-            rates = rates_of(fatigue, model, at, b)
+            rates = merge(rates_of(fatigue, model, at, b), 0.0_dp, grows)
             if (any(rates > 0)) return
          end do
       end if
@@ -196,8 +198,7 @@ contains
       real(dp), intent(in) :: least(:)           !! [m]
       real(dp) :: ways(size(grows)), cycles
       integer :: k
-      ways = next_rates(fatigue, model, fatigue%at)
-      where (.not. grows) ways = 0
+      ways = next_rates(fatigue, model, fatigue%at, grows)
       if (.not. any(ways > 0)) return
       cycles = huge(cycles)
       do k = 1, size(ways)

@@ -75,6 +75,8 @@ module hampm_growing
       real(dp) :: kink = 0                       !! kink angle, to the left [rad]
       real(dp) :: rate = 0                       !! driving energy release rate, for `max_energy` of the kink [J/m2]
       real(dp) :: toughness = 0                  !! that it meets there [J/m2]
+      logical :: is_there = .false.              !! whether there is a law for it, and it has not reached its end
+      real(dp) :: intensity(modes) = 0           !! K; 0 where G is not above its own error [Pa sqrt(m)]
       integer :: hindrance = 0                   !! static: reason of `note_wait` for no advance at any load factor; 0: none
    end type next_t
 
@@ -191,6 +193,9 @@ contains
       type(advance_t) :: advance
       type(kink_t) :: kink
       advance = self%advance_of(model, cracks, tip)
+      next%is_there = .true.
+      next%intensity = values%intensity
+      if (cracks%tips(tip)%is_half()) next%intensity(2:) = 0
       if (.not. cracks%tips(tip)%has_ended) then ! else there are values of before it has
          if (self%is_static) advance%shear = share_of_shear(values)
          next%rate = best_rate(values, cracks%tips(tip))
@@ -206,7 +211,10 @@ contains
       end if
       next%toughness = growth%toughness_at(advance)
       if (.not. self%is_static .or. cracks%tips(tip)%has_ended) return
-      if (.not. values%is_above_error(cracks%tips(tip))) next%hindrance = 2
+      if (.not. values%is_above_error(cracks%tips(tip))) then
+         next%hindrance = 2
+         next%intensity = 0
+      end if
       if (growth%direction == 'straight') then
          if (values%is_pressed(cracks%tips(tip))) next%hindrance = 1
       else if (.not. is_opened(trim(growth%direction), values%intensity)) then
@@ -285,18 +293,17 @@ contains
       end do
       growing%tips%grows = growing%tips%law > 0
       do k = 1, size(cracks%tips)
-         growing%tips(k)%grows = any(model%growth%path == cracks%tips(k)%crack .and. &
-                                     [(model%growth(i)%of_end(cracks%tips(k)%end), i=1, size(model%growth))])
+         do i = size(model%growth), 1, -1
+            if (model%growth(i)%path /= cracks%tips(k)%crack .or. .not. model%growth(i)%of_end(cracks%tips(k)%end)) cycle
+            growing%tips(k)%grows = .true.
+            if (growing%is_static) growing%tips(k)%law = i
+         end do
          growing%tips(k)%usual_radii = cracks%tips(k)%radii
          growing%tips(k)%has_ended = cracks%crack(cracks%tips(k)%crack)%waits
          growing%tips(k)%has_stopped = growing%tips(k)%has_ended
       end do
       growing%is_cyclic = any(model%growth%law%is_cyclic())
-      if (.not. growing%is_cyclic) return
-      do k = 1, size(cracks%tips)
-         if (growing%tips(k)%grows) growing%tips(k)%law = findloc(model%growth%path, cracks%tips(k)%crack, dim=1)
-      end do
-      call new_fatigue(model%cycles, growing%tips%law, growing%fatigue)
+      if (growing%is_cyclic) call new_fatigue(model%cycles, growing%tips%law, growing%fatigue)
    end subroutine new_growing
 
    !> Direction from a place to the next point of a given path beyond it; straight on after the last one.
@@ -455,8 +462,8 @@ contains
          call record_place(cracks, of, history)
          if (.not. growing%is_static) call history%record('tip_speed', 'm/s', 'speed at which the tip grows', of%speed)
          if (.not. growing%tips(tip)%grows) return
-         law = growing%law_at(model, cracks, tip, time)
-         if (growing%is_static) law = findloc(model%growth%path, of%crack, dim=1)
+         law = growing%tips(tip)%law
+         if (.not. growing%is_static) law = growing%law_at(model, cracks, tip, time)
          if (law > 0) next = growing%next_of(model, cracks, tip, model%growth(law), values)
          if (.not. all(model%growth%law%gives_speed())) &
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &

@@ -12,12 +12,11 @@
 module hampm_static_front_growth
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
-   use hampm_crack_placement, only: body_at, finest_cell, distance_to_loads, least_radius, &
-                                   take_toughness
+   use hampm_crack_placement, only: body_at, finest_cell, distance_to_loads, least_radius
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: ways_of
    use hampm_front, only: front_t, region_t
-   use hampm_front_values, only: front_values_t, mean_rate, part_along, between_hats, parts_of, place_hats
+   use hampm_front_values, only: front_values_t, part_along, between_hats, parts_of, place_hats
    use hampm_growing, only: growing_t, next_t
    use hampm_lapack, only: dposv
    use hampm_law, only: value_of
@@ -25,12 +24,10 @@ module hampm_static_front_growth
    use hampm_model, only: model_t
    use hampm_moving_front, only: advance_region, fronts_of
    use hampm_history, only: history_t
-   use hampm_problem, only: problem_t
    use hampm_text, only: add_line, to_text
-   use hampm_toughness, only: advance_t
    implicit none
    private
-   public :: ratios_of_points, advance_points, at_points, even_out_points, book_points, record_points, take_points
+   public :: advance_points, at_points, even_out_points, record_points
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: floor_of_fall = 0.1_dp !! -dG/G for a uniform advance over the front length, no mode of A [-]
@@ -48,50 +45,11 @@ module hampm_static_front_growth
 
 contains
 
-   !> Next advance of each point: G there and its toughness; empty if it does not grow.
-   pure function next_of_points(growing, model, fronts) result(next)
-      type(growing_t), intent(in) :: growing
-      type(model_t), intent(in) :: model
-      type(front_values_t), intent(in) :: fronts(:)
-      type(next_t) :: next(size(growing%tips))
-      type(advance_t) :: advance
-      integer :: f, j, k
-      k = 0
-      do f = 1, size(fronts)
-         associate (front => fronts(f), along => fronts(f)%domain%front%along)
-            do j = 1, size(front%arc)
-               k = k + 1
-               if (.not. growing%is_growing(k)) cycle
-               advance = advance_t(extension=growing%tips(k)%extension + growing%tips(k)%advance, &
-                                   shear=front%of_g(2, j)**2/max(sum(front%of_g(:, j)**2), tiny(1.0_dp)), &
-                                   angle=atan2(front%outward(along(2), j), front%outward(along(1), j)))
-               call take_toughness(model, front%at(:, j) + finest_cell(model)*front%outward(:, j), front%at(:, j), advance)
-               next(k) = next_t(rate=max(0.0_dp, front%g(j)), toughness=model%growth(growing%tips(k)%law)%toughness_at(advance))
-               if (.not. mean_rate(front) > front%mean_error) next(k)%hindrance = 2
-               if (-front%of_g(1, j) > front%k_error(1, j)) next(k)%hindrance = 1
-            end do
-         end associate
-      end do
-   end function next_of_points
-
-   !> G over the toughness of each growing point; 0 if hindered, or at any hindrance with `whatever`.
-   pure function ratios_of_points(growing, model, fronts, whatever) result(ratios)
-      type(growing_t), intent(in) :: growing
-      type(model_t), intent(in) :: model
-      type(front_values_t), intent(in) :: fronts(:)
-      logical, intent(in) :: whatever
-      real(dp), allocatable :: ratios(:)
-      type(next_t) :: next(size(growing%tips))
-      integer :: k
-      next = next_of_points(growing, model, fronts)
-      ratios = pack(merge(next%rate/max(next%toughness, tiny(1.0_dp)), 0.0_dp, whatever .or. next%hindrance == 0), &
-                    [(growing%is_growing(k), k=1, size(next))])
-   end function ratios_of_points
-
    !> Advance fronts by the advances of their points. `have_moved`: any has.
-   subroutine advance_points(growing, model, fronts, cracks, have_moved, message)
+   subroutine advance_points(growing, model, next, fronts, cracks, have_moved, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
+      type(next_t), intent(in) :: next(:)        !! of all points
       type(front_values_t), intent(in) :: fronts(:)
       type(cracks_t), intent(inout) :: cracks
       logical, intent(out) :: have_moved
@@ -102,7 +60,7 @@ contains
       logical :: meets_itself
       integer, allocatable :: have_met(:), of_crack(:)
       integer :: c, f, i, n, before
-      call find_ways(growing, model, fronts, way, message)
+      call find_ways(growing, model, next, fronts, way, message)
       have_moved = any(way > 0)
       growing%tips%advance = 0
       if (.not. have_moved) return
@@ -301,15 +259,15 @@ contains
    end subroutine reach_sides
 
    !> Find the way of each point in the next load step [m].
-   subroutine find_ways(growing, model, fronts, way, message)
+   subroutine find_ways(growing, model, next, fronts, way, message)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
+      type(next_t), intent(in) :: next(:)        !! of all points
       type(front_values_t), intent(in) :: fronts(:)
       real(dp), intent(out) :: way(:)
       character(:), allocatable, intent(inout) :: message
       real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
       integer, parameter :: turns = 50
-      type(next_t) :: next(size(growing%tips))
       type(fall_t) :: fall(size(fronts))
       real(dp), dimension(size(growing%tips)) :: ratio, increment
       logical :: grows(size(growing%tips))
@@ -328,7 +286,6 @@ contains
          end do
          return
       end if
-      next = next_of_points(growing, model, fronts)
       ratio = 0
       where (grows .and. next%hindrance == 0) ratio = next%rate/next%toughness
       way = 0
@@ -518,78 +475,23 @@ contains
       end do
    end function places_of
 
-   !> Add the dissipation of new faces, the integral of G over their area: mean of G times length of the front, before and after.
-   !> Keep both for the next step.
-   subroutine book_points(growing, fronts, m)
-      type(growing_t), intent(inout) :: growing
-      type(front_values_t), intent(in) :: fronts(:)
-      type(problem_t), intent(inout) :: m
-      real(dp) :: taken, rate, width(size(growing%tips))
-      integer :: f, j, k
-      k = 0
-      taken = 0
-      do f = 1, size(fronts)
-         associate (parts => parts_of(fronts(f)), front => fronts(f)%domain%front)
-            width(:size(parts)) = front%length*parts*merge(0.5_dp, 1.0_dp, front%is_symmetry)
-         end associate
-         do j = 1, size(fronts(f)%arc)
-            k = k + 1
-            associate (point => growing%tips(k))
-               if (.not. point%grows) cycle
-               if (.not. point%has_ended) rate = fronts(f)%g(j)
-               if (point%has_ended) rate = point%rate
-               taken = taken + point%advance*(point%width*point%rate + width(j)*rate)/2
-               point%rate = rate
-               point%width = width(j)
-               point%extension = point%extension + point%advance
-               point%advance = 0
-            end associate
-         end do
-      end do
-      m%energies%fracture_energy = m%energies%fracture_energy + taken
-      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken
-   end subroutine book_points
-
    !> Record how a front stands.
-   subroutine record_points(growing, model, cracks, fronts, number, history)
+   subroutine record_points(growing, next, cracks, fronts, number, history)
       type(growing_t), intent(in) :: growing
-      type(model_t), intent(in) :: model
+      type(next_t), intent(in) :: next(:)        !! of all points
       type(cracks_t), intent(in) :: cracks
       type(front_values_t), intent(in) :: fronts(:)
       integer, intent(in) :: number              !! of the front
       type(history_t), intent(inout) :: history
-      type(next_t) :: next(size(growing%tips))
       integer :: first, last
       last = sum([(size(fronts(first)%arc), first=1, number)])
       first = last - size(fronts(number)%arc) + 1
       if (.not. growing%tips(first)%grows) return
       call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', &
                           cracks%regions(fronts(number)%domain%front%crack)%cracked_area())
-      next = next_of_points(growing, model, fronts)
       call history%record_along_front('extension', 'm', 'way that the front has grown there', growing%tips(first:last)%extension)
       if (growing%is_cyclic) return
       call history%record_along_front('toughness', 'J/m2', 'energy release rate at which the front grows there', &
                                       next(first:last)%toughness)
    end subroutine record_points
-
-   !> Restore K of modes I and II from G, and K/K_c, of all points for a multiple of the present load.
-   pure subroutine take_points(growing, model, fronts, factor, now)
-      type(growing_t), intent(in) :: growing
-      type(model_t), intent(in) :: model
-      type(front_values_t), intent(in) :: fronts(:)
-      real(dp), intent(in) :: factor             !! [-]
-      real(dp), intent(out) :: now(:, :)         !! (modes and part of K_c, points)
-      type(next_t) :: next(size(growing%tips))
-      integer :: f, j, k
-      next = next_of_points(growing, model, fronts)
-      now = 0
-      k = 0
-      do f = 1, size(fronts)
-         do j = 1, size(fronts(f)%arc)
-            k = k + 1
-            if (next(k)%hindrance /= 2) now(:2, k) = factor*fronts(f)%of_g(:, j)
-            if (next(k)%toughness > 0) now(3, k) = abs(factor)*sqrt(next(k)%rate/next(k)%toughness)
-         end do
-      end do
-   end subroutine take_points
 end module hampm_static_front_growth

@@ -2,13 +2,13 @@
 !> over toughness 1 (`hampm_load_search`), or follow load cycles (`hampm_fatigue`). Their proportions stay fixed.
 module hampm_static_growth
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_values, only: crack_values_t, best_rate
+   use hampm_crack_values, only: crack_values_t
    use hampm_crack_placement, only: least_radius
    use hampm_crack_tip, only: crack_tip_t
    use hampm_failure, only: failure_t
    use hampm_fatigue, only: ways_of
    use hampm_cracks, only: cracks_t
-   use hampm_growing, only: growing_t, next_t, fitting, part_of_crack
+   use hampm_growing, only: growing_t, next_t, fitting
    use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_of_tip, why_no_room, find_end, &
                                plan_end, end_tips
    use hampm_load_search, only: nothing
@@ -21,7 +21,7 @@ module hampm_static_growth
    use hampm_text, only: three_digits, length_text
    implicit none
    private
-   public :: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, ratios_of, has_held_drive, &
+   public :: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, has_held_drive, &
              has_scaled_drive, book_work, look_at_frame
 
 
@@ -30,24 +30,17 @@ module hampm_static_growth
 
 contains
 
-   !> Number of the &growth of a tip that grows.
-   pure integer function law_of(model, tip)
-      type(model_t), intent(in) :: model
-      type(crack_tip_t), intent(in) :: tip
-      law_of = findloc(model%growth%path, tip%crack, dim=1)
-   end function law_of
-
    !> Advance tips by an increment, or by a part of it after some attempts. `have_moved`: any has; `message`: why some are stopped.
-   subroutine advance_tips(growing, model, cracks, values, attempts, have_moved, message)
+   subroutine advance_tips(growing, model, cracks, values, next, attempts, have_moved, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
       type(cracks_t), intent(inout) :: cracks
       type(crack_values_t), intent(in) :: values(:) !! of each tip
+      type(next_t), intent(in) :: next(:)        !! of each tip
       integer, intent(in) :: attempts(:)         !! of each tip, 0 for the first
       logical, intent(out) :: have_moved
       character(:), allocatable, intent(inout) :: message
       real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
-      type(next_t) :: next(size(values))         !! next advance of each tip
       real(dp), dimension(size(values)) :: ratios !! G over its toughness, if the largest advances; else below 0
       real(dp), dimension(size(values)) :: least !! way of a tip that turns [m]
       real(dp), dimension(size(values)) :: wanted !! way of each tip [m]
@@ -59,8 +52,7 @@ contains
          associate (tip => cracks%tips(k))
             ratios(k) = -1
             if (.not. growing%is_growing(k)) cycle
-            associate (law => model%growth(law_of(model, tip)))
-               next(k) = growing%next_of(model, cracks, k, law, values(k))
+            associate (law => model%growth(growing%tips(k)%law))
                if (law%only_largest .and. next(k)%hindrance == 0) ratios(k) = next(k)%rate/next(k)%toughness
                wanted(k) = law%increment
                least(k) = least_radius(model)*merge(0.01_dp, 1.0_dp, law%direction == 'straight')
@@ -80,7 +72,7 @@ contains
       !> Advance a tip if it is its turn and something opens it.
       subroutine advance_where_due(k)
          integer, intent(in) :: k
-         associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
+         associate (law => model%growth(growing%tips(k)%law), tip => cracks%tips(k))
             if (.not. wanted(k) > 0) return
             if (growing%waits .and. next(k)%rate < reached*next(k)%toughness) return
             if (next(k)%hindrance > 0) then
@@ -107,7 +99,7 @@ contains
          character(:), allocatable :: why
          real(dp) :: angle, most, length, to(ndim), way(ndim)
          logical :: runs_through
-         associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
+         associate (law => model%growth(growing%tips(k)%law), tip => cracks%tips(k))
             length = max(part_of_increment(attempts(k))*growing%part*wanted(k), min(wanted(k), least(k)))
             if (law%direction == 'straight') length = growing%part*wanted(k) ! no kink is in the way of a domain integral
             if (law%max_length > 0 .and. cracks%crack(tip%crack)%length() + length > law%max_length*(1 + 1e-9_dp)) then
@@ -172,7 +164,7 @@ contains
       does_turn = .false.
       do k = 1, size(does_turn)
          if (growing%tips(k)%grows .and. growing%tips(k)%advance > 0 .and. .not. cracks%tips(k)%has_ended) &
-            does_turn(k) = model%growth(law_of(model, cracks%tips(k)))%direction == 'local_symmetry'
+            does_turn(k) = model%growth(growing%tips(k)%law)%direction == 'local_symmetry'
       end do
       call begin_turns(turns, pack([(k, k=1, size(does_turn))], does_turn), pack(growing%tips(:size(does_turn))%slope, does_turn))
    end subroutine begin_to_turn
@@ -282,26 +274,6 @@ contains
       first_of_largest = findloc(some .and. rates >= largest - rounding*abs(largest), .true., dim=1)
    end function first_of_largest
 
-   !> G over the toughness of each growing tip; 0 if hindered, or at any hindrance with `whatever`.
-   pure function ratios_of(growing, model, cracks, values, whatever) result(ratios)
-      type(growing_t), intent(in) :: growing
-      type(model_t), intent(in) :: model
-      type(cracks_t), intent(in) :: cracks
-      type(crack_values_t), intent(in) :: values(:)
-      logical, intent(in) :: whatever
-      real(dp), allocatable :: ratios(:)
-      type(next_t) :: next
-      real(dp) :: of_all(size(values))
-      integer :: k
-      of_all = 0
-      do k = 1, size(values)
-         if (.not. growing%is_growing(k)) cycle
-         next = growing%next_of(model, cracks, k, model%growth(law_of(model, cracks%tips(k))), values(k))
-         if (whatever .or. next%hindrance == 0) of_all(k) = next%rate/next%toughness
-      end do
-      ratios = pack(of_all, [(growing%is_growing(k), k=1, size(values))])
-   end function ratios_of
-
    !> Whether held loads, prescribed motions or eigenstrains act beside the scaled ones.
    pure logical function has_held_drive(m)
       type(problem_t), intent(in) :: m
@@ -357,28 +329,4 @@ contains
       growing%frame_way = growing%way
       if (stiffness > 0) growing%frame_way = growing%way + growing%load/stiffness
    end subroutine look_at_frame
-
-   !> Add the dissipation of new faces, the integral of G over their area by the mean of G before and after, and keep G.
-   subroutine book_fracture(growing, model, cracks, values, m)
-      type(growing_t), intent(inout) :: growing
-      type(model_t), intent(in) :: model
-      type(cracks_t), intent(in) :: cracks
-      type(crack_values_t), intent(in) :: values(:)
-      type(problem_t), intent(inout) :: m
-      real(dp) :: rate, taken, middle(ndim)
-      integer :: k
-      do k = 1, size(values)
-         if (.not. growing%tips(k)%grows) cycle
-         rate = growing%tips(k)%rate             ! of a tip that has reached its end
-         if (.not. cracks%tips(k)%has_ended) rate = best_rate(values(k), cracks%tips(k))
-         middle = cracks%tips(k)%now - growing%tips(k)%advance/2*cracks%tips(k)%direction
-         taken = part_of_crack(cracks%tips(k))*model%run%thickness%at(middle)*growing%tips(k)%advance &
-                 *(growing%tips(k)%rate + rate)/2
-         m%energies%fracture_energy = m%energies%fracture_energy + taken
-         if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken
-         growing%tips(k)%rate = rate
-      end do
-      growing%tips%extension = growing%tips%extension + growing%tips%advance
-      growing%tips%advance = 0
-   end subroutine book_fracture
 end module hampm_static_growth

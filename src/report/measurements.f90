@@ -19,6 +19,7 @@ module hampm_measurements
    use hampm_estimated_errors, only: recent_t, add_recent, waves_of, archive_recent
    use hampm_energy, only: linear_momentum, angular_momentum, n_turns, dissipation, largest_displacement
    use hampm_failure, only: failure_t
+   use hampm_growth_points, only: next_of_points
    use hampm_static_front_growth, only: record_points
    use hampm_static_growth, only: has_held_drive
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
@@ -467,7 +468,8 @@ contains
          do k = 1, m%recorded_fronts
             if (k > 1) history%of_tip = '_front'//to_text(k)
             call record_front(m%fronts(k), history)
-            if (growing%are_there() .and. growing%is_static) call record_points(growing, model, cracks, m%fronts, k, history)
+            if (growing%are_there() .and. growing%is_static) &
+               call record_points(growing, next_of_points(growing, model, cracks, m%crack, m%fronts), cracks, m%fronts, k, history)
          end do
          do k = 1, merge(size(model%planes), 0, allocated(growing%planes))
             history%of_tip = ''

@@ -13,11 +13,12 @@ module hampm_growth
    use hampm_plane_cuts, only: find_unbonded, open_more
    use hampm_plane_points, only: follow_fronts, late_release
    use hampm_fatigue, only: count_cycles, has_fractured, has_loads, largest_loads
-   use hampm_static_front_growth, only: ratios_of_points, advance_points, at_points, even_out_points, book_points, take_points
+   use hampm_static_front_growth, only: advance_points, at_points, even_out_points
    use hampm_growing, only: growing_t, next_t
+   use hampm_growth_points, only: next_of_points, ratios_of, book_fracture
    use hampm_growth_room, only: see_around_tips
    use hampm_load_search, only: load_search_t, nothing
-   use hampm_static_growth, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, ratios_of, &
+   use hampm_static_growth, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, &
                                   has_held_drive, has_scaled_drive, book_work, look_at_frame
    use hampm_dynamic_growth, only: plan_ways, move_tips, must_check, start_tips, note_check
    use hampm_growth_room, only: is_plane_open, find_loose_tips
@@ -299,8 +300,10 @@ contains
       logical, intent(out), optional :: has_grown !! whether a tip has advanced
       type(cracks_t) :: before
       type(crack_values_t), allocatable :: values(:)
+      type(next_t), allocatable :: next(:)
       type(symmetric_turns_t) :: turns
       integer, allocatable :: attempts(:)
+      integer :: stopped
       logical :: have_moved, have_cut, is_over
       if (present(has_grown)) has_grown = .false.
       s%problem%interfaces%keep_slip = have_friction(s%problem%interfaces)
@@ -314,14 +317,17 @@ contains
       before = s%cracks
       call values_of_growth(s, values, failure)
       if (failure%failed()) return
+      next = next_of_points(s%growing, s%model, s%cracks, values, s%measurements%fronts)
       allocate (attempts(size(values)), source=0)
       have_cut = .false.
       do
+         stopped = count(s%growing%tips%has_stopped)
          if (has_fronts(s)) then
-            call advance_points(s%growing, s%model, s%measurements%fronts, s%cracks, have_moved, s%warning)
+            call advance_points(s%growing, s%model, next, s%measurements%fronts, s%cracks, have_moved, s%warning)
          else
-            call advance_tips(s%growing, s%model, s%cracks, values, attempts, have_moved, s%warning)
+            call advance_tips(s%growing, s%model, s%cracks, values, next, attempts, have_moved, s%warning)
          end if
+         if (.not. have_moved .and. count(s%growing%tips%has_stopped) > stopped) cycle ! others may go on, in later cycles too
          if (have_moved .or. have_cut) call cut_at_rest(s, failure)
          if (.not. have_moved .or. failure%failed() .or. s%is_over) return
          have_cut = .true.
@@ -471,21 +477,13 @@ contains
       subroutine take(l, factor)
          integer, intent(in) :: l                !! number of the load
          real(dp), intent(in) :: factor          !! [-]
-         type(crack_values_t) :: values
-         type(next_t) :: next
+         type(next_t) :: next(size(now, 3))
          integer :: k
-         if (has_fronts(s)) call take_points(s%growing, s%model, s%measurements%fronts, factor, now(:, l, :))
-         do k = 1, size(s%cracks%tips)
-            associate (tip => s%cracks%tips(k), law => s%growing%fatigue%law(k))
-               if (.not. tip%is_measured()) cycle
-               values = s%measurements%crack(k)%times(factor)
-               now(:modes, l, k) = values%intensity
-               if (tip%is_half()) now(2:modes, l, k) = 0
-               if (law == 0) cycle
-               if (.not. values%is_above_error(tip)) now(:modes, l, k) = 0
-               next = s%growing%next_of(s%model, s%cracks, k, s%model%growth(law), values)
-               if (next%toughness > 0) now(modes + 1, l, k) = sqrt(max(0.0_dp, next%rate)/next%toughness)
-            end associate
+         next = next_of_points(s%growing, s%model, s%cracks, s%measurements%crack, s%measurements%fronts, factor)
+         do k = 1, size(next)
+            if (.not. next(k)%is_there) cycle
+            now(:modes, l, k) = next(k)%intensity
+            if (next(k)%toughness > 0) now(modes + 1, l, k) = sqrt(max(0.0_dp, next(k)%rate)/next(k)%toughness)
          end do
       end subroutine take
    end subroutine look_at_cycles
@@ -653,12 +651,8 @@ contains
       call commit_slip(s%problem%interfaces)
       call book_work(s%growing, s%problem, failure)
       if (s%model%control%is_there()) call look_at_frame(s%growing, s%problem, s%model%control%stiffness, failure)
-      if (has_fronts(s)) then
-         call book_points(s%growing, s%measurements%fronts, s%problem)
-         call even_out_points(s%growing, s%measurements%fronts, s%growing%tips%extension)
-      else
-         call book_fracture(s%growing, s%model, s%cracks, s%measurements%crack, s%problem)
-      end if
+      call book_fracture(s%growing, s%model, s%cracks, s%measurements%crack, s%measurements%fronts, s%problem)
+      if (has_fronts(s)) call even_out_points(s%growing, s%measurements%fronts, s%growing%tips%extension)
    end subroutine book_step
 
    !> Whether fronts grow, of solids.
@@ -675,11 +669,7 @@ contains
       logical :: all_of_them
       all_of_them = .false.
       if (present(whatever)) all_of_them = whatever
-      if (has_fronts(s)) then
-         ratios = ratios_of_points(s%growing, s%model, s%measurements%fronts, all_of_them)
-      else
-         ratios = ratios_of(s%growing, s%model, s%cracks, s%measurements%crack, all_of_them)
-      end if
+      ratios = ratios_of(s%growing, s%model, s%cracks, s%measurements%crack, s%measurements%fronts, all_of_them)
    end function ratios
 
    !> With all measured: scale the loads until the largest G is the toughness. Beside held loads G is a polynomial of the load

@@ -203,6 +203,36 @@ def test_blocks_that_repeat(hampm):
     assert abs(off(row, cycles(lambda a: mean * C * (RANGE * k(a)) ** M, 0.01, 0.018))) < 3e-4
 
 
+STOPS = """\
+&run plane = 'stress'  end_time = 6.0 /
+&grid lower = -2e-3, -42e-3  cell = 1e-3  cells = 44, 84 /
+&material name = 'steel'  young = 200e9  poisson = 0.3  density = 7850 /
+&body material = 'steel'  lower = 0.0, -40e-3  upper = 40e-3, 40e-3 /
+&load kind = 'traction'  lower = 0.0, 40e-3  upper = 40e-3, 40e-3  force = 0.0, 100e3 /
+&load kind = 'traction'  lower = 0.0, -40e-3  upper = 40e-3, -40e-3  force = 0.0, -100e3 /
+&crack kind = 'path'  name = 'a'  points = -1e-3, 10.3e-3, 6.1e-3, 10.3e-3 /
+&crack kind = 'path'  name = 'b'  points = 41e-3, -10.3e-3, 33.9e-3, -10.3e-3 /
+&growth crack = 'a'  law = 'fatigue'  direction = 'straight'  increment = 2e-3  rate_constant = 1e-29  rate_exponent = 3.0  max_length = 9e-3 /
+&growth crack = 'b'  law = 'fatigue'  direction = 'straight'  increment = 2e-3  rate_constant = 1e-29  rate_exponent = 3.0  threshold = 5e5 /
+&cycles blocks = 5e10, 1e12  factors = 0.5, 2.0 /
+&method time = 'static'  load_steps = 6 /
+&energy_release estimators = 'domain_integral' /
+"""
+
+
+def test_a_tip_that_has_stopped_does_not_end_the_cycles_of_another(hampm):
+    """In the first block crack a grows until it has its largest length, and b is below its threshold: b grows in the second."""
+    row = run(hampm, STOPS)
+    cycles, b = row["cycles"], -row["tip_x_tip2"]
+    assert 0 < cycles[1] < 5e10 < cycles[2] and len(cycles) == 7
+    assert row["tip_x"][-1] == pytest.approx(8.1e-3) and np.all(np.diff(b[1:]) > 1.9e-3)
+    rates = 1e-29 * (2 * row["K_I_tip2"])**3
+    asked = np.cumsum(np.diff(b) * (1 / rates[1:] + 1 / rates[:-1]) / 2)[1:]
+    found = cycles[2:] - 5e10
+    print(found / asked)
+    assert found == pytest.approx(asked, rel=0.06)  # trapezoids of increments of a quarter of the crack
+
+
 def test_two_tips_at_rates_of_their_own(hampm):
     """input/fatigue_eccentric_crack.nml: the tip nearer to an edge is faster. Places and cycles of both are those of the reference."""
     row = run(hampm, INPUT / "fatigue_eccentric_crack.nml")
