@@ -292,6 +292,8 @@ def path_of(crack, stored):
     """The points of a crack; one without a length goes from its tip back to the edge."""
     if crack.kind == "path":
         return np.reshape(crack.points, (-1, 2))
+    if crack.front == "disc":
+        return np.add(crack.center, np.outer((-1, 1), np.ravel(crack.radii)[0] * np.flip(unit([crack.normal == axis for axis in "xy"]))))
     tip, way = np.array(crack.tip), unit(crack.direction)
     return np.array([tip - (crack.length or stored.way_to_edge(tip, -way)) * way, tip])
 

@@ -30,8 +30,9 @@ module hampm_front
       logical :: is_symmetry = .false.           !! whether the plane is one of symmetry of the model
       real(dp) :: center(ndim) = 0               !! a place on a straight front, the middle of a disc or ellipse [m]
       real(dp) :: direction(ndim) = 0            !! of a straight front: out of the crack
+      real(dp) :: length = 0                     !! of a straight crack with two fronts; 0: it reaches the edge of the material [m]
       real(dp), allocatable :: radii(:)          !! one of a disc, two of an ellipse along the axes of the plane [m]
-      real(dp), allocatable :: points(:, :)      !! of a polygon [m], (ndim, 3 or more)
+      real(dp), allocatable :: points(:, :)      !! corners of a polygon; in the plane those of a polyline [m], (ndim, any)
    end type crack_shape_t
 
    !> A plane of the grid.
@@ -127,6 +128,7 @@ contains
             allocate (region%outline(2, 4))
             region%outline = reach*reshape([d(2), -d(1), -d(2), d(1), -d(2) - d(1), d(1) - d(2), d(2) - d(1), -d(1) - d(2)], [2, 4])
             region%outline = region%outline + spread(center, 2, 4)
+            if (shape%length > 0) region%outline(:, 3:) = region%outline(:, 3:) + spread((reach - shape%length)*d, 2, 2)
          end select
       end associate
       allocate (region%may_be_front(size(region%outline, 2)), source=.true.)
@@ -139,7 +141,7 @@ contains
             end associate
          end do
       end if
-      if (all(shape%front /= ['disc   ', 'ellipse', 'polygon'])) region%may_be_front(2:) = .false.
+      if (all(shape%front /= ['disc   ', 'ellipse', 'polygon'])) region%may_be_front = [.true., .false., shape%length > 0, .false.]
    end function region_of
 
    !> The fronts of a region inside material, along its outline.

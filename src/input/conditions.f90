@@ -184,7 +184,7 @@ contains
             if (.not. is_on_faces(model%loads(k)) .or. path_of(model, model%loads(k)%crack) == 0) cycle
             has = has .or. any(model%growth%path == path_of(model, model%loads(k)%crack) .and. &
                                .not. model%growth%law%is_static) &
-                           .and. .not. model%is_half()
+                           .and. .not. model%is_half() .and. ndim == plane
          end do
        case (samples_apart_from_load_steps)
          has = model%method%time == 'static' .and. asks_for_other_samples(settings, settings%find('output', 1))

@@ -3,7 +3,7 @@ module hampm_crack_groups
    use hampm_kinds, only: dp, ndim, plane, name_len
    use hampm_estimator, only: estimator_t
    use hampm_estimators, only: estimators
-   use hampm_front, only: crack_shape_t, plane_axes
+   use hampm_front, only: plane_axes
    use hampm_growth_laws, only: growth_law_t, growth_laws
    use hampm_group_values, only: crack_keys_t, energy_release_keys_t, growth_keys_t, take_crack, take_energy_release, take_growth
    use hampm_law, only: value_of
@@ -11,25 +11,17 @@ module hampm_crack_groups
    use hampm_toughness, only: advance_t, factors_t, table_t
    implicit none
    private
-   public :: path_spec_t, fill_paths, plane_spec_t, fill_planes, growth_t, fill_growth, energy_release_t, fill_energy_release
+   public :: crack_spec_t, fill_cracks, growth_t, fill_growth, energy_release_t, fill_energy_release
 
-   !> &crack.
-   type, extends(crack_keys_t) :: path_spec_t
+   !> &crack: in the plane a polyline, which those of other kinds become; of solids a part of a plane of the grid.
+   type, extends(crack_keys_t) :: crack_spec_t
       character(name_len) :: key = 'points'      !! key of its place
-      logical :: contact = .false.               !! whether its faces press on each other
+      logical :: contact = .false.           !! whether its faces press on each other
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: held_from = 0                  !! distance along its points at which cohesion begins to hold its faces,
                                                  !! the initial tip; 0: no cohesion, or along its whole length [m]
       logical :: at_nodes = .false.              !! whether it runs along grid lines, with its tips at nodes, and stays there
-      real(dp), allocatable :: points(:, :)      !! [m], (ndim, points)
-   end type path_spec_t
-
-   !> &crack of solids.
-   type, extends(crack_shape_t) :: plane_spec_t
-      character(name_len) :: name = ''           !! '' for none
-      logical :: contact = .false.               !! whether its faces press on each other
-      real(dp) :: friction = 0                   !! coefficient [-]
-   end type plane_spec_t
+   end type crack_spec_t
 
    !> &growth: how a crack grows.
    type, extends(growth_keys_t) :: growth_t
@@ -56,55 +48,42 @@ module hampm_crack_groups
 
 contains
 
-   !> Take all groups of this name. An odd number of coordinates leaves the last one out. All except paths have only their tip, if
-   !> it is valid, until their length is known.
-   pure subroutine fill_paths(settings, paths)
+   !> Take all groups of this name. Wrong or missing values are 0 or empty, and an odd number of coordinates leaves the last one out.
+   !> Straight cracks of the plane have only their tip until their length is known.
+   pure subroutine fill_cracks(settings, cracks)
       type(settings_t), intent(in) :: settings
-      type(path_spec_t), allocatable, intent(out) :: paths(:)
+      type(crack_spec_t), allocatable, intent(out) :: cracks(:)
       real(dp), allocatable :: numbers(:)
-      integer :: k, entry
-      allocate (paths(merge(settings%count_of('crack'), 0, ndim == plane)))
-      do k = 1, size(paths)
-         entry = settings%find('crack', k)
-         call take_crack(settings, entry, paths(k))
-         paths(k)%contact = settings%text(entry, 'contact') /= 'none'
-         if (settings%text(entry, 'contact') == 'friction') paths(k)%friction = settings%number(entry, 'friction')
-         if (any(paths(k)%kind == ['symmetry', 'line    '])) paths(k)%key = 'tip'
-         numbers = settings%numbers(entry, 'points')
-         if (paths(k)%key == 'tip') numbers = settings%numbers(entry, 'tip')
-         paths(k)%points = reshape(numbers, [ndim, size(numbers)/ndim])
-      end do
-   end subroutine fill_paths
-
-   !> Take all groups of this name, of solids. Wrong or missing values are 0 or empty.
-   pure subroutine fill_planes(settings, planes)
-      type(settings_t), intent(in) :: settings
-      type(plane_spec_t), allocatable, intent(out) :: planes(:)
-      real(dp), allocatable :: numbers(:)
-      integer :: k, entry, along(2)
-      allocate (planes(merge(0, settings%count_of('crack'), ndim == plane)))
-      do k = 1, size(planes)
-         associate (spec => planes(k))
+      integer :: k, i, entry, along(2)
+      allocate (cracks(settings%count_of('crack')))
+      do k = 1, size(cracks)
+         associate (crack => cracks(k))
             entry = settings%find('crack', k)
-            spec%name = settings%text(entry, 'name')
-            spec%front = settings%text(entry, 'front')
-            spec%axis = max(1, index('xyz', trim(settings%text(entry, 'normal'))))
-            spec%is_symmetry = settings%text(entry, 'kind') == 'symmetry'
-            spec%contact = settings%text(entry, 'contact') /= 'none'
-            if (settings%text(entry, 'contact') == 'friction') spec%friction = settings%number(entry, 'friction')
-            spec%direction = settings%vector(entry, 'direction')
-            numbers = settings%numbers(entry, 'center')
-            if (spec%front == 'straight') numbers = settings%numbers(entry, 'tip')
-            if (size(numbers) == ndim) spec%center = numbers
-            spec%radii = settings%numbers(entry, 'radii')
-            along = plane_axes(spec%axis)
-            if (size(spec%radii) == 2 .and. along(1) > along(2)) spec%radii = spec%radii([2, 1]) ! in cyclic order
-            numbers = settings%numbers(entry, 'points')
-            spec%points = reshape(numbers, [ndim, size(numbers)/ndim])
-            if (spec%front == 'polygon' .and. size(numbers) >= ndim) spec%center = numbers(:ndim)
+            call take_crack(settings, entry, crack)
+            crack%is_symmetry = crack%kind == 'symmetry'
+            crack%contact = settings%text(entry, 'contact') /= 'none'
+            if (settings%text(entry, 'contact') == 'friction') crack%friction = settings%number(entry, 'friction')
+            crack%front = settings%text(entry, 'front')
+            crack%axis = max(1, index('xyz', trim(settings%text(entry, 'normal'))))
+            crack%direction = settings%vector(entry, 'direction')
+            crack%length = settings%number(entry, 'length')
+            if (crack%kind /= 'path' .and. crack%front == 'straight') crack%key = 'tip'
+            if (any(crack%front == ['disc   ', 'ellipse'])) crack%key = 'center'
+            numbers = settings%numbers(entry, trim(crack%key))
+            if (size(numbers) >= ndim) crack%center = numbers(:ndim)
+            crack%points = reshape(numbers, [ndim, size(numbers)/ndim])
+            crack%radii = settings%numbers(entry, 'radii')
+            if (ndim == plane .and. crack%front == 'disc') then
+               crack%direction = [(merge(0, 1, i == crack%axis), i=1, ndim)]
+               if (size(crack%radii) == 1 .and. size(numbers) == ndim) &
+                  crack%points = reshape([crack%center - crack%radii(1)*crack%direction, &
+                                          crack%center + crack%radii(1)*crack%direction], [ndim, 2])
+            end if
+            along = plane_axes(crack%axis)
+            if (size(crack%radii) == 2 .and. along(1) > along(2)) crack%radii = crack%radii([2, 1]) ! in cyclic order
          end associate
       end do
-   end subroutine fill_planes
+   end subroutine fill_cracks
 
    !> Whether the crack turns by itself, as its modes have it.
    pure logical function turns(self)

@@ -5,7 +5,7 @@ module hampm_crack_placement
    use hampm_front, only: region_t, region_of
    use hampm_outline, only: walls_of
    use hampm_placement, only: tolerance, within, overlap
-   use hampm_crack_groups, only: plane_spec_t
+   use hampm_crack_groups, only: crack_spec_t
    use hampm_crack_lines, only: segment_at
    use hampm_law, only: law_row_t
    use hampm_laws, only: law_row
@@ -353,7 +353,7 @@ contains
    !> are no boxes: fronts end at their sides. No corners without any body there.
    pure type(region_t) function region_in(model, plane) result(region)
       type(model_t), intent(in) :: model
-      type(plane_spec_t), intent(in) :: plane
+      type(crack_spec_t), intent(in) :: plane
       real(dp) :: lower(ndim), upper(ndim)       ! [m]
       logical :: has(size(model%bodies))
       integer :: k

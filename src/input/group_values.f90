@@ -2,6 +2,7 @@
 !> Values of the groups of the namelist, by the names of their keys.
 module hampm_group_values
    use hampm_body_shape, only: body_shape_t
+   use hampm_front, only: crack_shape_t
    use hampm_indicator, only: refine_t
    use hampm_key_table, only: growth_constants, material_constants, refine_constants
    use hampm_kinds, only: dp, name_len, ndim, path_len
@@ -113,11 +114,9 @@ module hampm_group_values
       character(name_len) :: solver = 'auto'  !! of mass matrices that are not lumped and of equilibrium; auto: direct; cg for ...
    end type method_keys_t
 
-   !> &crack: a crack; without this group the model has none. Those of the kinds line and path may be several
-   type :: crack_keys_t
-      character(name_len) :: kind = ''        !! along the constrained edge of a symmetric half, or straight to a tip, or along ...
-      real(dp) :: direction(ndim) = 0.0_dp    !! from the crack out of its tip; at a symmetry plane along it
-      real(dp) :: length = 0.0_dp             !! of a line with two tips: from one to the other; 0: it reaches the edge of ... [m]
+   !> &crack: a crack; without this group the model has none. All but the kind symmetry may be several
+   type, extends(crack_shape_t) :: crack_keys_t
+      character(name_len) :: kind = ''        !! in a plane, inside or the constrained one of a symmetric half; in two ...
       character(name_len) :: name = ''        !! by which other groups mean it
    end type crack_keys_t
 
@@ -346,8 +345,6 @@ contains
       class(crack_keys_t), intent(inout) :: values
       if (entry == 0) return
       values%kind = settings%text(entry, 'kind')
-      values%direction = settings%vector(entry, 'direction')
-      values%length = settings%number(entry, 'length')
       values%name = settings%text(entry, 'name')
    end subroutine take_crack
 

@@ -172,7 +172,7 @@ contains
       real(dp) :: away, x(ndim)
       integer :: k, end, d
       do k = 1, size(model%paths)
-         if (model%paths(k)%kind == 'symmetry' .or. .not. any(path_tips(model, k))) cycle
+         if (model%paths(k)%is_symmetry .or. .not. any(path_tips(model, k))) cycle
          associate (points => model%paths(k)%points, outside => path_outside(model, k))
             do end = 1, 2
                x = points(:, merge(1, size(points, 2), end == 1))

@@ -23,7 +23,7 @@ module hampm_key_table
       group_t('method', .false., is_assumed, 'how the equations of motion are integrated'), &
       group_t('refine', .false., is_optional, 'where cells refine; without this group they never do'), &
       group_t('crack', .true., is_optional, &
-         'a crack; without this group the model has none. Those of the kinds line and path may be '//'several'), &
+         'a crack; without this group the model has none. All but the kind symmetry may be several'), &
       group_t('cohesive', .true., is_optional, &
          'how the faces of a crack hold each other by cohesion; without this group they do not', is_apart=.true.), &
       group_t('growth', .true., is_optional, 'how a crack grows; without this group cracks stay as they are', is_apart=.true.), &
@@ -320,22 +320,22 @@ module hampm_key_table
          default='1000000', allowed='[1, 2e9]', lowest=1.0_dp, highest=2000000000.0_dp)]
 
    type(key_t), parameter :: crack_keys(*) = [ &
-      key_t('kind', type_name, 'along the constrained edge of a symmetric half, or straight to a tip, or along points; of '// &
-         'solids also in a plane inside', default='symmetry', allowed='symmetry|line|path|plane'), &
+      key_t('kind', type_name, 'in a plane, inside or the constrained one of a symmetric half; in two dimensions also a '// &
+         'line or a path in any direction', default='symmetry', allowed='symmetry|line|path|plane'), &
       key_t('tip', type_real, 'crack tip, at a symmetry plane a node of the lattice; of two tips the one that direction '// &
          'points out of', example=merge('0.05, 0.0     ', '0.05, 0.0, 0.0', ndim == 2), unit='m', allowed='(-inf, inf)', &
          fewest=0, most=ndim), &
       key_t('direction', type_real, 'from the crack out of its tip; at a symmetry plane along it', &
          default=merge('1.0, 0.0     ', '1.0, 0.0, 0.0', ndim == 2), allowed='(-inf, inf)', fewest=ndim, most=ndim), &
-      key_t('normal', type_name, 'of solids: axis across the plane of the crack', default='z', example=merge(' ', 'y', ndim == &
-         2), allowed='x|y|z'), &
-      key_t('front', type_name, 'of solids: of a half plane, through tip; of a disc, an ellipse or a polygon, which is '// &
-         'cracked', default='straight', allowed='straight|disc|ellipse|polygon'), &
+      key_t('normal', type_name, 'of kind = ''plane'': axis across it', default=merge('y', 'z', ndim == 2), example=merge(' ', &
+         'y', ndim == 2), allowed=merge('x|y  ', 'x|y|z', ndim == 2)), &
+      key_t('front', type_name, 'of a half plane, through tip; of a disc, in two dimensions between two tips, an ellipse or'// &
+         ' a polygon, which is cracked', default='straight', allowed='straight|disc|ellipse|polygon'), &
       key_t('center', type_real, 'of a disc or an ellipse', unit='m', allowed='(-inf, inf)', fewest=0, most=ndim), &
       key_t('radii', type_real, 'one of a disc; two of an ellipse, along the axes of its plane in the order x, y, z', unit='m', &
-         allowed='(0, inf)', lowest=0.0_dp, above=.true., fewest=0, most=2), &
-      key_t('length', type_real, 'of a line with two tips: from one to the other; 0: it reaches the edge of the material', &
-         default='0.0', unit='m', allowed='[0, inf)', lowest=0.0_dp), &
+         allowed='(0, inf)', lowest=0.0_dp, above=.true., fewest=0, most=ndim - 1), &
+      key_t('length', type_real, 'of a straight crack with two tips or fronts: from one to the other; 0: it reaches the edge'// &
+         ' of the material', default='0.0', unit='m', allowed='[0, inf)', lowest=0.0_dp), &
       key_t('contact', type_name, 'of a line, a path or a plane: whether faces press on each other or go through', &
          default='none', allowed='none|frictionless|friction'), &
       key_t('friction', type_real, 'with contact = ''friction'': coefficient', default='0.0', allowed='[0, inf)', lowest=0.0_dp, &

@@ -6,7 +6,7 @@ module hampm_load_consistency
    use hampm_crack_placement, only: path_at
    use hampm_load_placement, only: is_on_faces, find_edge_normal
    use hampm_placement, only: tolerance, nodes_touched, point_text
-   use hampm_model, only: model_t, load_spec_t, constraint_spec_t, path_of, plane_of, has_shapes
+   use hampm_model, only: model_t, load_spec_t, constraint_spec_t, path_of, has_shapes
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: comes_near_edges
    implicit none
@@ -110,10 +110,9 @@ contains
       integer, intent(in) :: entry                 !! position of the group
       type(settings_t), intent(inout) :: settings
       integer :: path
-      path = max(path_of(model, load%crack), plane_of(model, load%crack))
+      path = path_of(model, load%crack)
       if (path == 0 .and. load%crack /= '' .and. settings%good(entry, 'crack')) then
-         call settings%complain(entry, 'crack', 'must be the name of a &crack of kind = ''line'' or ''path'', of a solid of '// &
-                                'kind = ''plane''')
+         call settings%complain(entry, 'crack', 'must be the name of a &crack of kind = ''plane'', ''line'' or ''path''')
       else if (path > 0 .and. ndim == plane) then
          if (comes_near_edges(model, model%paths(path)%points)) call settings%complain(entry, 'on', '''crack'': the '// &
             'crack must stay two cells away from the edges of polygons, circles and holes, which cut the particles that are '// &

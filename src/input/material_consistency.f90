@@ -34,7 +34,7 @@ contains
             associate (angle => value_of(m%constants, 'angle', 0.0_dp))
                if (model%is_half() .and. abs(angle - 90*anint(angle/90)) > 0) &
                   call settings%complain(entry, 'angle', 'must be a multiple of 90 degrees with &crack kind = '// &
-                                         '''symmetry'': else the other half is no mirror image. Use kind = ''line''')
+                                         '''symmetry'': else the other half is no mirror image. Use kind = ''plane''')
             end associate
          end associate
       end do

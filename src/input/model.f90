@@ -11,8 +11,7 @@ module hampm_model
    use hampm_cohesive_group, only: cohesive_t, fill_cohesive
    use hampm_cycles_group, only: cycles_t, fill_cycles
    use hampm_control_group, only: control_t, fill_control
-   use hampm_crack_groups, only: path_spec_t, fill_paths, plane_spec_t, fill_planes, energy_release_t, fill_energy_release, &
-                                 growth_t, fill_growth
+   use hampm_crack_groups, only: crack_spec_t, fill_cracks, energy_release_t, fill_energy_release, growth_t, fill_growth
    use hampm_group_values, only: damping_t, grid_spec_t, output_t, take_contact, take_damping, take_grid, take_method, &
                                  take_output, take_refine, take_run
    use hampm_plain_groups, only: run_t, body_contact_spec_t, method_t
@@ -24,9 +23,9 @@ module hampm_model
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: model_t, fill_model, area_around, path_of, plane_of, cuts_cells, has_shapes, cracks_cut_cells, mass_acts, &
+   public :: model_t, fill_model, area_around, path_of, cuts_cells, has_shapes, cracks_cut_cells, mass_acts, &
              mass_used, run_t, grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
-             damping_t, body_contact_spec_t, method_t, refine_t, path_spec_t, growth_t, energy_release_t, probe_t, output_t
+             damping_t, body_contact_spec_t, method_t, refine_t, crack_spec_t, growth_t, energy_release_t, probe_t, output_t
 
    !> All groups.
    type :: model_t
@@ -41,8 +40,8 @@ module hampm_model
       type(body_contact_spec_t) :: contact
       type(method_t) :: method
       type(refine_t) :: refine
-      type(path_spec_t), allocatable :: paths(:) !! the cracks
-      type(plane_spec_t), allocatable :: planes(:) !! cracks of solids
+      type(crack_spec_t), allocatable :: paths(:) !! cracks of the plane
+      type(crack_spec_t), allocatable :: planes(:) !! those of solids
       type(cohesive_t), allocatable :: cohesive(:)
       type(growth_t), allocatable :: growth(:)
       type(nucleation_t), allocatable :: nucleations(:)
@@ -64,7 +63,7 @@ contains
    !> Whether its bodies are one half of a symmetric model, with a crack on the symmetry plane.
    pure logical function is_half(self)
       class(model_t), intent(in) :: self
-      is_half = any(self%paths%kind == 'symmetry')
+      is_half = any(self%paths%is_symmetry)
    end function is_half
 
    !> Whether the mass matrix acts: in motion, and where stress is extrapolated by it.
@@ -85,6 +84,7 @@ contains
    pure subroutine fill_model(settings, model)
       type(settings_t), intent(in) :: settings
       type(model_t), intent(inout) :: model
+      type(crack_spec_t), allocatable :: cracks(:)
       call take_run(settings, settings%find('run', 1), model%run)
       model%run%thickness%of_plate = merge(settings%number(settings%find('run', 1), 'thickness'), 1.0_dp, ndim == plane)
       model%run%thickness%is_ring = model%run%plane == 'axisymmetric'
@@ -100,8 +100,9 @@ contains
       call fill_holes(settings, model%bodies, model%holes)
       call fill_constraints(settings, model%constraints)
       call fill_loads(settings, model%loads)
-      call fill_paths(settings, model%paths)
-      call fill_planes(settings, model%planes)
+      call fill_cracks(settings, cracks)
+      model%paths = cracks(:merge(size(cracks), 0, ndim == plane))
+      model%planes = cracks(size(model%paths) + 1:)
       call fill_cohesive(settings, model%cohesive)
       call fill_growth(settings, model%growth)
       call fill_nucleations(settings, model%nucleations)
@@ -267,19 +268,18 @@ contains
       integer :: i
       do i = 1, size(model%cohesive)
          associate (cohesive => model%cohesive(i))
-            cohesive%path = path_of(model, cohesive%crack)
+            cohesive%path = min(path_of(model, cohesive%crack), size(model%paths)) ! no planes
             if (cohesive%path > 0) model%paths(cohesive%path)%held_from = cohesive%from
          end associate
       end do
       do i = 1, size(model%growth)
-         if (ndim == 2) model%growth(i)%path = path_of(model, model%growth(i)%crack)
-         if (ndim > 2) model%growth(i)%path = plane_of(model, model%growth(i)%crack)
+         model%growth(i)%path = path_of(model, model%growth(i)%crack)
       end do
       do i = 1, size(model%nucleations)
-         model%nucleations(i)%path = path_of(model, model%nucleations(i)%crack)
+         model%nucleations(i)%path = min(path_of(model, model%nucleations(i)%crack), size(model%paths))
       end do
       do i = 1, size(model%paths)
-         model%paths(i)%at_nodes = model%paths(i)%kind == 'symmetry' .or. runs_along_cells(model, i) .and. &
+         model%paths(i)%at_nodes = model%paths(i)%is_symmetry .or. runs_along_cells(model, i) .and. &
                                    .not. (any(model%growth%path == i) .or. any(model%nucleations%path == i) .or. &
                                           model%paths(i)%held_from > 0)
       end do
@@ -289,19 +289,12 @@ contains
    pure integer function path_of(model, name)
       type(model_t), intent(in) :: model
       character(*), intent(in) :: name
-      do path_of = size(model%paths), 1, -1
-         if (merge(size(model%paths) == 1, model%paths(path_of)%name == name, name == '')) return
-      end do
+      associate (names => [model%paths%name, model%planes%name]) ! of which one is empty
+         do path_of = size(names), 1, -1
+            if (merge(size(names) == 1, names(path_of) == name, name == '')) return
+         end do
+      end associate
    end function path_of
-
-   !> The same of solids.
-   pure integer function plane_of(model, name)
-      type(model_t), intent(in) :: model
-      character(*), intent(in) :: name
-      do plane_of = size(model%planes), 1, -1
-         if (merge(size(model%planes) == 1, model%planes(plane_of)%name == name, name == '')) return
-      end do
-   end function plane_of
 
    !> Whether cracks, or edges of bodies that are no rectangles, cut cells.
    pure logical function cuts_cells(model)
@@ -319,7 +312,7 @@ contains
    !> Whether cracks cut cells: all except fixed ones along grid lines, with tips at nodes.
    pure logical function cracks_cut_cells(model) result(cut)
       type(model_t), intent(in) :: model
-      cut = .not. all(model%paths%at_nodes) .or. any(model%paths%kind /= 'symmetry') .and. model%method%frame == 'updated'
+      cut = .not. all(model%paths%at_nodes) .or. .not. all(model%paths%is_symmetry) .and. model%method%frame == 'updated'
    end function cracks_cut_cells
 
    !> Whether the k-th path is along grid lines with its points at nodes of the lattice; ends at surfaces and beyond are exempt.

@@ -7,6 +7,7 @@ module hampm_path_consistency
    use hampm_path_placement, only: path_tips, path_tip, path_direction, path_radius, path_radii, clear_radius, distance_to_cracks, &
                                    length_along, is_inside
    use hampm_placement, only: tolerance, upper_corner, point_text
+   use hampm_plane_consistency, only: check_shape
    use hampm_polygon, only: find_crossing
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
@@ -27,7 +28,7 @@ contains
       logical, intent(in) :: has_bodies          !! whether grid and bodies are without errors
       integer :: k, before
       do k = 1, size(model%paths)
-         if (.not. settings%good(settings%find('crack', k), 'kind') .or. model%paths(k)%kind == 'symmetry') cycle
+         if (.not. settings%good(settings%find('crack', k), 'kind') .or. model%paths(k)%is_symmetry) cycle
          before = settings%errors%count
          call check_points(model, settings, k, has_bodies)
          if (settings%errors%count == before .and. has_bodies) call check_place(model, settings, k)
@@ -45,10 +46,12 @@ contains
       integer :: entry, i, j
       entry = settings%find('crack', k)
       if (.not. settings%good(entry, trim(model%paths(k)%key))) return
-      if (model%paths(k)%kind == 'line') then
-         if (.not. norm(model%paths(k)%direction) > 0) call settings%complain(entry, 'direction', 'must not be 0, 0')
-         if (size(model%paths(k)%points, 2) < 2) return ! reported, or elsewhere
+      if (model%paths(k)%kind == 'plane') then
+         call check_shape(model, model%paths(k), settings, entry)
+      else if (model%paths(k)%key == 'tip' .and. .not. norm(model%paths(k)%direction) > 0) then
+         call settings%complain(entry, 'direction', 'must not be 0, 0')
       end if
+      if (model%paths(k)%key /= 'points' .and. size(model%paths(k)%points, 2) < 2) return ! reported, or elsewhere
       associate (points => model%paths(k)%points, numbers => settings%numbers(entry, trim(model%paths(k)%key)))
          if (mod(size(numbers), ndim) /= 0) then
             call settings%complain(entry, 'points', 'must be pairs x, y: it has '//to_text(size(numbers))//' values')
@@ -94,7 +97,7 @@ contains
       entry = settings%find('crack', k)
       associate (path => model%paths(k))
          is_tip = path_tips(model, k)
-         if (path%kind == 'line' .and. .not. is_tip(last_point)) then
+         if (path%key == 'tip' .and. .not. is_tip(last_point)) then
             call settings%complain(entry, 'tip', 'must be inside the material, and on no other crack')
             return
          end if

@@ -8,7 +8,7 @@ module hampm_path_placement
                                     domain_radii
    use hampm_placement, only: tolerance
    use hampm_polygon, only: distance_to_line
-   use hampm_model, only: model_t, path_spec_t
+   use hampm_model, only: model_t, crack_spec_t
    implicit none
    private
    public :: path_tips, path_reaches, is_tip_at, reach_beyond, path_mouth, path_outside, path_tip, path_direction, path_radius, &
@@ -30,7 +30,7 @@ contains
 
    !> An end of a path; with cohesion the beginning of the cohesive part [m].
    pure function path_tip(path, end) result(x)
-      type(path_spec_t), intent(in) :: path
+      type(crack_spec_t), intent(in) :: path
       integer, intent(in) :: end                 !! `first_point` or `last_point`, here and below
       real(dp) :: x(ndim)
       x = path%points(:, merge(1, size(path%points, 2), end == first_point))
@@ -39,7 +39,7 @@ contains
 
    !> The direction of the straight part of a path out of an end, of any length.
    pure function path_direction(path, end) result(direction)
-      type(path_spec_t), intent(in) :: path
+      type(crack_spec_t), intent(in) :: path
       integer, intent(in) :: end
       real(dp) :: direction(ndim)
       integer :: i
@@ -87,7 +87,7 @@ contains
 
    !> Number of the last point of the straight part with a tip, which ends there or continues.
    pure integer function straight_at(path, end) result(i)
-      type(path_spec_t), intent(in) :: path
+      type(crack_spec_t), intent(in) :: path
       integer, intent(in) :: end
       i = merge(2, size(path%points, 2), end == first_point)
       if (end == first_point .or. .not. path%held_from > 0) return

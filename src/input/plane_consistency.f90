@@ -3,7 +3,7 @@
 module hampm_plane_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
-   use hampm_crack_groups, only: plane_spec_t
+   use hampm_crack_groups, only: crack_spec_t
    use hampm_crack_placement, only: body_at, finest_cell, region_in
    use hampm_front, only: front_t, region_t, region_of, find_fronts, plane_axes, room_of
    use hampm_model, only: model_t, has_shapes
@@ -13,7 +13,7 @@ module hampm_plane_consistency
    use hampm_text, only: to_text, point_text, three_digits
    implicit none
    private
-   public :: check_planes
+   public :: check_planes, check_shape
 
    character(*), parameter :: axes = 'xyz'
    real(dp), parameter :: least_width = 3        !! of a crack [finest cells]
@@ -39,7 +39,7 @@ contains
    !> The numbers of a front make one.
    pure subroutine check_shape(model, plane, settings, entry)
       type(model_t), intent(in) :: model
-      type(plane_spec_t), intent(in) :: plane
+      type(crack_spec_t), intent(in) :: plane
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
       real(dp) :: tol, in_plane(ndim)
@@ -53,6 +53,9 @@ contains
          if (abs(plane%direction(plane%axis)) > 0 .or. .not. norm(in_plane) > 0) &
             call settings%complain(entry, 'direction', 'must be in the plane across '//axes(plane%axis:plane%axis)// &
                                    ', the normal, and not 0')
+         if (plane%length > 0 .and. plane%length < least_width*finest_cell(model)) &
+            call settings%complain(entry, 'length', 'must be '//to_text(least_width)//' of the finest cells, '// &
+                                   to_text(finest_cell(model))//' m, or more')
        case ('disc', 'ellipse')
          if (size(plane%radii) /= merge(1, 2, plane%front == 'disc')) then
             call settings%complain(entry, 'radii', 'must have '//trim(merge('1 value ', '2 values', plane%front == 'disc'))// &
@@ -83,7 +86,7 @@ contains
    !> constraints hold the plane ahead of the front.
    pure subroutine check_place(model, plane, settings, entry)
       type(model_t), intent(in) :: model
-      type(plane_spec_t), intent(in) :: plane
+      type(crack_spec_t), intent(in) :: plane
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
       character(:), allocatable :: key
@@ -134,7 +137,7 @@ contains
    !> Assumptions of estimators along a front: no loads near it, room around it and, for the domain integral, one material along it.
    pure subroutine check_domain(model, plane, fronts, lower, upper, settings)
       type(model_t), intent(in) :: model
-      type(plane_spec_t), intent(in) :: plane
+      type(crack_spec_t), intent(in) :: plane
       type(front_t), intent(in) :: fronts(:)
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! extents of the material around the crack [m]
       type(settings_t), intent(inout) :: settings
@@ -142,7 +145,8 @@ contains
       real(dp), parameter :: least_radius = 2    ! the same
       real(dp), parameter :: reach = 6           ! of the largest
       character(:), allocatable :: why
-      real(dp) :: room, tol
+      real(dp), parameter :: along_axis = 0.999_dp ! component of a normal of a straight front along an axis
+      real(dp) :: room, tol, low(ndim), high(ndim)
       integer :: k, first
       why = ''
       tol = tolerance(model%grid)
@@ -184,15 +188,19 @@ contains
          end associate
       end do
       do k = 1, size(model%constraints)
-         associate (box => model%constraints(k), far => reach*finest_cell(model))
+         associate (box => model%constraints(k), far => reach*finest_cell(model), x => plane%center(plane%axis))
             do first = 1, size(fronts)
-               associate (low => minval(fronts(first)%at, dim=2) - far, high => maxval(fronts(first)%at, dim=2) + far)
-                  if (.not. all(box%lower < high .and. box%upper > low)) cycle
-                  if (any((box%lower > max(low, lower) + tol .or. box%upper < min(high, upper) - tol) .and. .not. &
-                          (box%upper < lower + tol .or. box%lower > upper - tol))) &
-                     why = 'no edge of what &constraint '//to_text(k)//' holds within '//to_text(far)// &
-                           ' m, six of the finest cells, of the fronts'
-               end associate
+               low = minval(fronts(first)%at, dim=2) - far
+               high = maxval(fronts(first)%at, dim=2) + far
+               if (.not. all(box%lower < high .and. box%upper > low)) cycle
+               if (plane%is_symmetry .and. max(abs(box%lower(plane%axis) - x), abs(box%upper(plane%axis) - x)) < tol) then
+                  where (minval(fronts(first)%outward, dim=2) > along_axis) low = low + far ! the cracked part needs none
+                  where (maxval(fronts(first)%outward, dim=2) < -along_axis) high = high - far
+               end if
+               if (any((box%lower > max(low, lower) + tol .or. box%upper < min(high, upper) - tol) .and. .not. &
+                       (box%upper < lower + tol .or. box%lower > upper - tol))) &
+                  why = 'no edge of what &constraint '//to_text(k)//' holds within '//to_text(far)// &
+                        ' m, six of the finest cells, of the fronts'
             end do
          end associate
       end do

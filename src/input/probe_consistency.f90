@@ -112,7 +112,7 @@ contains
       if (probe%of(2) /= '') call settings%complain(entry, 'of', 'must be one crack')
       if (.not. probe%gives('opening')) return
       is_tip = [.false., .true.]
-      if (model%paths(path)%kind /= 'symmetry') is_tip = path_tips(model, path)
+      if (.not. model%paths(path)%is_symmetry) is_tip = path_tips(model, path)
       if (.not. is_tip(merge(1, 2, probe%tip == 'first'))) then
          call settings%complain(entry, 'tip', 'the crack has no tip at its '//trim(probe%tip)//' point')
       else if (probe%distance >= length_of(model%paths(path)%points)) then

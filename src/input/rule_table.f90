@@ -47,82 +47,83 @@ module hampm_rule_table
       'crack_length', 'arrested', 'load_dropped', 'crack_length', 'load_dropped', 'arrested', 'static', 'lumped', 'partial', &
       'fmpm', 'weighted', 'consistent', 'axisymmetric', 'axisymmetric', 'dcb', 'axisymmetric', 'axisymmetric', 'cpdi', &
       'linear', 'axisymmetric', 'orthotropic', 'orthotropic', 'orthotropic', 'polygon', 'circle', 'cylinder', 'static', &
-      'explicit', 'line', 'path', 'plane', 'plane', 'line', 'straight', 'updated', 'total', 'frictionless', &
-      '{growth laws in motion}', 'none', 'friction', 'none', 'hoop_stress', 'local_symmetry', 'max_energy', 'path', &
-      'straight', '{growth laws in motion}', 'hutchinson_suo', 'benzeggagh_kenane', 'none', '{growth laws in motion}', &
-      '{growth laws in motion}', 'largest', 'last', 'first', 'all', 'material_force', 'stress_closure', 'domain_integral', &
-      'dcb', 'value', 'cpdi', 'linear', 'local', 'global', 'explicit', 'implicit', '{growth laws in motion}', 'symmetry', &
-      'symmetry', 'orthotropic', 'j2_plastic', 'j2_plastic', 'j2_plastic', 'j2_plastic', 'mooney_rivlin', 'viscoelastic', &
-      'viscoelastic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', &
-      'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'strain', 'axisymmetric', &
-      'orthotropic', 'orthotropic', 'stress', 'stress', 'stress', 'j2_plastic', 'mooney_rivlin', 'viscoelastic', 'b_bar', &
-      'static', 'implicit', '{laws of any strain}', 'standard', 'b_bar', 'cpdi', 'standard', 'b_bar', 'standard', 'stress', &
-      'b_bar', 'standard', 'b_bar', 'standard', 'j2_plastic', 'stress', 'b_bar', 'standard', 'j2_plastic', 'b_bar', &
-      '{laws with a history}', '{growth laws at rest}', '{laws with a history}', '{growth laws in motion by toughness}', &
-      'implicit', '{laws with a history}', 'hoop_stress', 'local_symmetry', 'max_energy', 'straight', &
-      '{laws with a history}', 'hutchinson_suo', 'benzeggagh_kenane', 'none', 'orthotropic', '{growth laws in motion}', &
-      'orthotropic', 'hoop_stress', 'local_symmetry', 'max_energy', 'straight', 'rectangle', 'polygon', 'circle', 'cylinder', &
-      'sphere', 'circle', 'cylinder', 'sphere', 'rectangle', 'cylinder', 'rectangle', 'cylinder', 'polygon', 'circle', &
-      'sphere', 'circle', 'cylinder', 'sphere', 'stick', 'frictionless', 'friction', 'static', 'static', 'static', &
-      'symmetry', 'dcb', '{growth laws at rest}', '{laws of any strain}', 'axisymmetric', 'dcb', 'stress', 'ramp', &
-      'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine', &
-      'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'table', 'ramp']
+      'explicit', 'line', 'path', 'plane', 'ellipse', 'polygon', 'disc', 'plane', 'disc', 'plane', 'updated', 'total', &
+      'frictionless', '{growth laws in motion}', 'none', 'friction', 'none', 'hoop_stress', 'local_symmetry', 'max_energy', &
+      'path', 'straight', '{growth laws in motion}', 'hutchinson_suo', 'benzeggagh_kenane', 'none', &
+      '{growth laws in motion}', '{growth laws in motion}', 'largest', 'last', 'first', 'all', 'material_force', &
+      'stress_closure', 'domain_integral', 'dcb', 'value', 'cpdi', 'linear', 'local', 'global', 'explicit', 'implicit', &
+      '{growth laws in motion}', 'symmetry', 'symmetry', 'orthotropic', 'j2_plastic', 'j2_plastic', 'j2_plastic', &
+      'j2_plastic', 'mooney_rivlin', 'viscoelastic', 'viscoelastic', 'orthotropic', 'orthotropic', 'orthotropic', &
+      'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', &
+      'orthotropic', 'strain', 'axisymmetric', 'orthotropic', 'orthotropic', 'stress', 'stress', 'stress', 'j2_plastic', &
+      'mooney_rivlin', 'viscoelastic', 'b_bar', 'static', 'implicit', '{laws of any strain}', 'standard', 'b_bar', 'cpdi', &
+      'standard', 'b_bar', 'standard', 'stress', 'b_bar', 'standard', 'b_bar', 'standard', 'j2_plastic', 'stress', 'b_bar', &
+      'standard', 'j2_plastic', 'b_bar', '{laws with a history}', '{growth laws at rest}', '{laws with a history}', &
+      '{growth laws in motion by toughness}', 'implicit', '{laws with a history}', 'hoop_stress', 'local_symmetry', &
+      'max_energy', 'straight', '{laws with a history}', 'hutchinson_suo', 'benzeggagh_kenane', 'none', 'orthotropic', &
+      '{growth laws in motion}', 'orthotropic', 'hoop_stress', 'local_symmetry', 'max_energy', 'straight', 'rectangle', &
+      'polygon', 'circle', 'cylinder', 'sphere', 'circle', 'cylinder', 'sphere', 'rectangle', 'cylinder', 'rectangle', &
+      'cylinder', 'polygon', 'circle', 'sphere', 'circle', 'cylinder', 'sphere', 'stick', 'frictionless', 'friction', &
+      'static', 'static', 'static', 'symmetry', 'dcb', '{growth laws at rest}', '{laws of any strain}', 'axisymmetric', &
+      'dcb', 'stress', 'ramp', 'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', &
+      'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine']
 
-   character(name_len), parameter :: values_2(*) = [character(name_len) :: 'smooth_ramp', 'sine', 'table', 'step', &
-      'explicit', 'implicit', 'undeformed', 'step', 'explicit', 'implicit', 'static', 'explicit', 'local', 'global', &
-      'explicit', 'local', 'global', 'explicit', 'local', 'global', 'explicit', 'implicit', 'axisymmetric', 'stick', &
-      'frictionless', 'friction', 'absorbing', 'point', 'body', 'traction', 'pressure', 'traction', 'absorbing', 'pressure', &
-      'edge', 'traction', 'pressure', 'absorbing', 'crack', 'left', 'right', 'gravity', 'gravity', 'pressure', 'crack', &
-      'gravity', 'pressure', 'crack', 'pressure', 'gravity', 'absorbing', 'absorbing', 'absorbing', 'absorbing', 'static', &
-      'absorbing', 'local', 'global', 'absorbing', 'reference', 'fastest', 'absorbing', 'pressure', 'gravity', 'crack', &
-      'pressure', 'pressure', 'crack', 'left', 'right', 'pressure', 'gravity', 'absorbing', 'crack', 'line', 'path', 'plane', &
-      'crack', 'crack', 'step', 'friction', 'frictionless', 'friction', 'stick', 'frictionless', 'friction', 'stick', &
-      'frictionless', 'friction', 'static', 'implicit', 'stick', 'frictionless', 'friction', 'explicit', 'total', 'stick', &
-      'frictionless', 'friction', 'updated', 'updated', 'static', 'total', 'updated', 'implicit', 'total', 'updated', &
-      'total', 'updated', 'symmetry', '{growth laws in motion}', 'total', 'cpdi', 'updated', 'local', 'total', 'local', &
-      'musl', 'local', 'lumped', 'local', 'static', 'global', 'local', 'implicit', 'global', 'local', 'explicit', 'implicit', &
-      'global', 'local', 'linear_elastic', 'orthotropic', 'global', 'local', 'b_bar', 'standard', 'local', &
+   character(name_len), parameter :: values_2(*) = [character(name_len) :: 'table', 'table', 'ramp', 'smooth_ramp', 'sine', &
+      'table', 'step', 'explicit', 'implicit', 'undeformed', 'step', 'explicit', 'implicit', 'static', 'explicit', 'local', &
+      'global', 'explicit', 'local', 'global', 'explicit', 'local', 'global', 'explicit', 'implicit', 'axisymmetric', &
+      'stick', 'frictionless', 'friction', 'absorbing', 'point', 'body', 'traction', 'pressure', 'traction', 'absorbing', &
+      'pressure', 'edge', 'traction', 'pressure', 'absorbing', 'crack', 'left', 'right', 'gravity', 'gravity', 'pressure', &
+      'crack', 'gravity', 'pressure', 'crack', 'pressure', 'gravity', 'absorbing', 'absorbing', 'absorbing', 'absorbing', &
+      'static', 'absorbing', 'local', 'global', 'absorbing', 'reference', 'fastest', 'absorbing', 'pressure', 'gravity', &
+      'crack', 'pressure', 'pressure', 'crack', 'left', 'right', 'pressure', 'gravity', 'absorbing', 'crack', 'line', 'path', &
+      'plane', 'crack', 'crack', 'step', 'friction', 'frictionless', 'friction', 'stick', 'frictionless', 'friction', &
+      'stick', 'frictionless', 'friction', 'static', 'implicit', 'stick', 'frictionless', 'friction', 'explicit', 'total', &
+      'stick', 'frictionless', 'friction', 'updated', 'updated', 'static', 'total', 'updated', 'implicit', 'total', &
+      'updated', 'total', 'updated', 'symmetry', '{growth laws in motion}', 'total', 'cpdi', 'updated', 'local', 'total', &
+      'local', 'musl', 'local', 'lumped', 'local', 'static', 'global', 'local', 'implicit', 'global', 'local', 'explicit', &
+      'implicit', 'global', 'local', 'linear_elastic', 'orthotropic', 'global', 'local', 'b_bar', 'standard', 'local', &
       '{indicators of the motion}', 'global', 'local', 'global', 'local', 'frictionless', 'friction', 'global', 'local', &
       'global', 'local', 'symmetry', '{growth laws in motion}', 'global', 'local', 'global', 'reference', 'static', &
       'implicit', 'explicit', 'reference', 'local', 'global', 'reference', 'cpdi', 'linear', 'reference', 'consistent', &
       'partial', 'fmpm', 'weighted', 'lumped', 'reference', 'b_bar', 'standard', 'reference', 'fastest', 'reference', &
       'fastest', 'reference', 'fastest', 'reference', 'stick', 'frictionless', 'friction', 'bonded', 'reference', &
       'frictionless', 'friction', 'none', 'reference', 'reference', 'fmpm', 'implicit', 'consistent', 'lumped', 'partial', &
-      'fmpm', 'weighted', 'explicit', 'implicit', 'consistent']
+      'fmpm', 'weighted']
 
-   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'cg', 'direct', 'cg', 'explicit', 'implicit', &
-      'direct', 'implicit', 'implicit', 'implicit', 'refined', 'partial', '{indicators}', 'static', 'static', 'implicit', &
-      'static', 'explicit', 'implicit', 'updated', 'static', 'static', 'stick', 'frictionless', 'friction', 'undeformed', &
-      'static', 'b_bar', '{laws of any strain}', 'standard', 'static', 'static', 'fmpm', 'weighted', 'partial', 'partial', &
-      'partial', 'partial', 'refined', 'partial', 'refined', 'direct', 'explicit', 'lumped', 'fmpm', 'static', 'usf', &
-      '{growth laws in motion}', 'musl', 'usavg', '{growth laws in motion}', 'musl', 'lumped', '{growth laws in motion}', &
-      'weighted', 'tip', '{indicators of one body}', 'stick', 'frictionless', 'friction', 'zz', '{indicators of the motion}', &
-      'explicit', 'implicit', 'tip', '{indicators}', '{indicators}', '{indicators}', '{indicators}', 'gradient', 'gradient', &
-      'gradient', 'gradient', 'zz', 'tip', '{indicators of the motion}', 'static', '{indicators of the motion}', &
-      '{indicators of the motion}', 'static', '{indicators of the motion}', 'symmetry', 'line', 'plane', 'straight', 'disc', &
-      'ellipse', 'polygon', 'straight', 'disc', 'ellipse', 'disc', 'ellipse', 'disc', 'ellipse', 'polygon', 'path', 'path', &
-      'polygon', 'path', 'symmetry', 'path', 'symmetry', 'symmetry', 'line', 'frictionless', 'friction', 'line', 'path', &
-      'plane', 'frictionless', 'friction', 'frictionless', 'friction', 'symmetry', 'symmetry', 'symmetry', 'symmetry', &
-      'total', '{growth laws at rest}', 'linear', 'bilinear', 'bilinear', 'table', 'linear', 'bilinear', 'linear', &
-      'bilinear', 'bilinear', 'table', 'table', 'domain_integral', 'symmetry', '{growth laws at rest}', &
-      '{growth laws at rest}', 'static', '{growth laws in motion}', 'explicit', 'implicit', &
-      '{growth laws at rest by toughness}', '{growth laws in cycles}', '{growth laws in cycles}', 'walker', 'forman', &
-      '{growth laws in cycles}', 'walker', 'forman', 'largest', '{growth laws in cycles}', 'all', '{growth laws in cycles}', &
-      'ramp', 'smooth_ramp', 'sine', 'table', '{growth laws in cycles}', '{growth laws in cycles}', 'ramp', 'smooth_ramp', &
-      'sine', 'table', '{growth laws in cycles}', '{growth laws in cycles}', '{growth laws in cycles}', 'load', &
-      'displacement', '{growth laws in cycles}', 'growth', '{growth laws at rest}', '{growth laws at rest}', &
-      '{growth laws at rest}', '{growth laws at rest}', '{growth laws at rest}', 'displacement', 'displacement', 'growth', &
-      'growth', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'crack', 'prescribed', &
+   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'explicit', 'implicit', 'consistent', 'cg', &
+      'direct', 'cg', 'explicit', 'implicit', 'direct', 'implicit', 'implicit', 'implicit', 'refined', 'partial', &
+      '{indicators}', 'static', 'static', 'implicit', 'static', 'explicit', 'implicit', 'updated', 'static', 'static', &
+      'stick', 'frictionless', 'friction', 'undeformed', 'static', 'b_bar', '{laws of any strain}', 'standard', 'static', &
+      'static', 'fmpm', 'weighted', 'partial', 'partial', 'partial', 'partial', 'refined', 'partial', 'refined', 'direct', &
+      'explicit', 'lumped', 'fmpm', 'static', 'usf', '{growth laws in motion}', 'musl', 'usavg', '{growth laws in motion}', &
+      'musl', 'lumped', '{growth laws in motion}', 'weighted', 'tip', '{indicators of one body}', 'stick', 'frictionless', &
+      'friction', 'zz', '{indicators of the motion}', 'explicit', 'implicit', 'tip', '{indicators}', '{indicators}', &
+      '{indicators}', '{indicators}', 'gradient', 'gradient', 'gradient', 'gradient', 'zz', 'tip', &
+      '{indicators of the motion}', 'static', '{indicators of the motion}', '{indicators of the motion}', 'static', &
+      '{indicators of the motion}', 'symmetry', 'line', 'plane', 'straight', 'disc', 'ellipse', 'polygon', 'straight', &
+      'disc', 'ellipse', 'disc', 'ellipse', 'disc', 'ellipse', 'polygon', 'path', 'path', 'polygon', 'path', 'symmetry', &
+      'path', 'symmetry', 'symmetry', 'line', 'plane', 'straight', 'frictionless', 'friction', 'line', 'path', 'plane', &
+      'frictionless', 'friction', 'frictionless', 'friction', 'symmetry', 'symmetry', 'symmetry', 'symmetry', 'total', &
+      '{growth laws at rest}', 'linear', 'bilinear', 'bilinear', 'table', 'linear', 'bilinear', 'linear', 'bilinear', &
+      'bilinear', 'table', 'table', 'domain_integral', 'symmetry', '{growth laws at rest}', '{growth laws at rest}', &
+      'static', '{growth laws in motion}', 'explicit', 'implicit', '{growth laws at rest by toughness}', &
+      '{growth laws in cycles}', '{growth laws in cycles}', 'walker', 'forman', '{growth laws in cycles}', 'walker', &
+      'forman', 'largest', '{growth laws in cycles}', 'all', '{growth laws in cycles}', 'ramp', 'smooth_ramp', 'sine', &
+      'table', '{growth laws in cycles}', '{growth laws in cycles}', 'ramp', 'smooth_ramp', 'sine', 'table', &
+      '{growth laws in cycles}', '{growth laws in cycles}', '{growth laws in cycles}', 'load', 'displacement', &
+      '{growth laws in cycles}', 'growth', '{growth laws at rest}', '{growth laws at rest}', '{growth laws at rest}', &
+      '{growth laws at rest}', '{growth laws at rest}', 'displacement', 'displacement', 'growth', 'growth', 'ramp', &
+      'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'crack', 'prescribed', &
       '{growth laws in motion by toughness}', '{growth laws by speed}', 'prescribed', 'fatigue', 'fatigue', 'walker', &
-      'fatigue', 'fatigue', 'fatigue', '{growth laws at rest}', '{growth laws in motion by toughness}', &
-      '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}']
+      'fatigue', 'fatigue', 'fatigue']
 
-   character(name_len), parameter :: values_4(*) = [character(name_len) :: '{growth laws by speed}', &
-      '{growth laws in motion by toughness}', 'symmetry', 'hutchinson_suo', 'benzeggagh_kenane', 'benzeggagh_kenane', &
-      'benzeggagh_kenane', '{growth laws at rest}', '{growth laws at rest}', 'path', 'path', 'path', '{growth laws at rest}', &
-      'hoop_stress', 'local_symmetry', 'max_energy', 'path', 'symmetry', 'straight', 'last', 'first', &
-      '{growth laws at rest}', 'largest', 'largest', '{growth laws at rest}', 'all', 'first', 'symmetry', 'largest', 'last', &
-      'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', '{laws of any strain}', &
+   character(name_len), parameter :: values_4(*) = [character(name_len) :: '{growth laws at rest}', &
+      '{growth laws in motion by toughness}', '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}', &
+      '{growth laws by speed}', '{growth laws in motion by toughness}', 'symmetry', 'hutchinson_suo', 'benzeggagh_kenane', &
+      'benzeggagh_kenane', 'benzeggagh_kenane', '{growth laws at rest}', '{growth laws at rest}', 'path', 'path', 'path', &
+      '{growth laws at rest}', 'hoop_stress', 'local_symmetry', 'max_energy', 'path', 'symmetry', 'straight', 'last', &
+      'first', '{growth laws at rest}', 'largest', 'largest', '{growth laws at rest}', 'all', 'first', 'symmetry', 'largest', &
+      'last', 'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', '{laws of any strain}', &
       'linear_elastic', 'orthotropic', '{laws with a history}', 'linear_elastic', 'orthotropic', '{estimators}', &
       '{estimators at nodes}', 'domain_integral', '{estimators at nodes}', 'symmetry', 'domain_integral', &
       '{estimators at nodes}', 'domain_integral', '{estimators of elastic material}', '{laws with a history}', &
@@ -134,10 +135,10 @@ module hampm_rule_table
       'domain_integral', '{laws with a history}', 'material_force', '{laws with a history}', 'domain_integral', &
       '{laws with a history}', '{growth laws in motion}', 'domain_integral', '{laws with a history}', 'orthotropic', &
       'symmetry', 'frictionless', 'friction', '{growth laws in motion}', '{estimators by radii}', 'value', 'value', 'dcb', &
-      'symmetry', 'line', 'dcb', 'dcb', 'orthotropic', 'dcb', 'pressure', 'gravity', 'dcb', 'displacement', 'velocity', &
-      'stress', 'strain', 'displacement', 'velocity', 'stress', 'strain', 'velocity', 'static', 'left', 'right', 'opening', &
-      'volume', 'opening', 'volume', 'load_line', 'load_line', 'opening', 'volume', 'opening', 'volume', 'load_line', &
-      'opening', 'opening', 'load_line', 'first', 'opening']
+      'symmetry', 'line', 'plane', 'straight', 'dcb', 'dcb', 'orthotropic', 'dcb', 'pressure', 'gravity', 'dcb', &
+      'displacement', 'velocity', 'stress', 'strain', 'displacement', 'velocity', 'stress', 'strain', 'velocity', 'static', &
+      'left', 'right', 'opening', 'volume', 'opening', 'volume', 'load_line', 'load_line', 'opening', 'volume', 'opening', &
+      'volume', 'load_line', 'opening', 'opening', 'load_line', 'first', 'opening']
 
    character(name_len), parameter :: values(*) = [values_1, values_2, values_3, values_4]
 
@@ -212,1140 +213,1140 @@ module hampm_rule_table
       atom_t(0, is_one_of, 11, 1, 32, 33, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 34, 33, 0.0_dp, a_solid), &
       atom_t(1, is_one_of, 11, 1, 34, 34, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 35, 35, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 36, 35, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 11, 1, 36, 36, 0.0_dp), &
-      atom_t(0, is_set, 11, 4, 37, 36, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 35, 36, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 37, 36, 0.0_dp, a_solid), &
-      atom_t(0, is_none_of, 11, 5, 37, 37, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 37, 37, 0.0_dp), &
+      atom_t(0, is_set, 11, 4, 38, 37, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 38, 37, 0.0_dp, a_solid), &
-      atom_t(0, is_set, 11, 6, 38, 37, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 38, 37, 0.0_dp, a_solid), &
-      atom_t(0, is_set, 11, 7, 38, 37, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 38, 37, 0.0_dp, a_solid), &
-      atom_t(0, is_present, 11, 0, 38, 37, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 38, 38, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 39, 38, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 9, 11, 39, 39, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 40, 39, 0.0_dp), &
+      atom_t(2, is_one_of, 11, 1, 38, 38, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 39, 39, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 40, 39, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 11, 9, 40, 40, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 41, 41, 0.0_dp), &
+      atom_t(2, is_one_of, 11, 1, 40, 40, 0.0_dp), &
+      atom_t(0, is_present, 11, 0, 41, 40, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 41, 41, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 42, 41, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 11, 9, 42, 42, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 42, 42, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 43, 42, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 43, 42, 0.0_dp, a_solid), &
       atom_t(0, is_one_of, 11, 9, 43, 43, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 44, 43, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 44, 43, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 11, 9, 44, 44, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 45, 48, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 49, 48, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 13, 3, 49, 49, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 50, 50, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 21, 51, 52, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 53, 52, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 13, 21, 53, 53, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 54, 54, 0.0_dp), &
-      atom_t(0, is_set, 13, 15, 55, 54, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 55, 54, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 13, 2, 55, 55, 0.0_dp), &
-      atom_t(0, is_set, 13, 19, 56, 55, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 44, 44, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 45, 44, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 11, 9, 45, 45, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 46, 46, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 47, 46, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 47, 46, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 11, 9, 47, 47, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 48, 51, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 52, 51, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 13, 3, 52, 52, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 53, 53, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 21, 54, 55, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 56, 55, 0.0_dp, a_solid), &
-      atom_t(0, is_set, 13, 29, 56, 55, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 56, 55, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 13, 30, 56, 58, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 56, 56, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 57, 57, 0.0_dp), &
+      atom_t(0, is_set, 13, 15, 58, 57, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 58, 57, 0.0_dp, a_solid), &
+      atom_t(0, is_one_of, 13, 2, 58, 58, 0.0_dp), &
+      atom_t(0, is_set, 13, 19, 59, 58, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 59, 58, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 13, 30, 59, 59, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 60, 61, 0.0_dp), &
+      atom_t(0, is_set, 13, 29, 59, 58, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 59, 58, 0.0_dp, a_solid), &
+      atom_t(0, is_one_of, 13, 30, 59, 61, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 62, 61, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 17, 1, 62, 62, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 63, 62, 1.0_dp), &
-      atom_t(1, is_named, 0, 0, 63, 62, 0.0_dp, a_solid), &
-      atom_t(0, is_set, 17, 5, 63, 62, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 63, 62, 0.0_dp, a_solid)]
+      atom_t(1, is_one_of, 13, 30, 62, 62, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 63, 64, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 65, 64, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 17, 1, 65, 65, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 66, 65, 1.0_dp), &
+      atom_t(1, is_named, 0, 0, 66, 65, 0.0_dp, a_solid), &
+      atom_t(0, is_set, 17, 5, 66, 65, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 66, 65, 0.0_dp, a_solid), &
+      atom_t(0, is_one_of, 17, 6, 66, 66, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 67, 66, 0.0_dp, a_solid)]
 
    type(atom_t), parameter :: atoms_2(*) = [ &
-      atom_t(0, is_one_of, 17, 6, 63, 63, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 64, 63, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 17, 6, 64, 64, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 65, 64, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 65, 64, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 9, 12, 65, 65, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 66, 65, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 9, 12, 66, 66, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 67, 67, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 67, 67, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 68, 67, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 68, 67, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 9, 10, 68, 68, 0.0_dp), &
-      atom_t(0, is_one_of, 2, 4, 69, 68, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 69, 70, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 71, 71, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 72, 71, 1.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 68, 68, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 69, 68, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 9, 12, 69, 69, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 70, 70, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 71, 70, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 9, 10, 71, 71, 0.0_dp), &
       atom_t(0, is_one_of, 2, 4, 72, 71, 2.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 72, 72, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 73, 72, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 73, 72, 1.0_dp), &
-      atom_t(0, is_one_of, 2, 4, 73, 72, 2.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 73, 73, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 74, 73, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 74, 73, 1.0_dp), &
-      atom_t(0, is_none_of, 3, 2, 74, 74, 0.0_dp), &
-      atom_t(1, is_set, 3, 3, 75, 74, 0.0_dp), &
-      atom_t(0, is_set, 3, 7, 75, 74, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 75, 75, 0.0_dp), &
-      atom_t(0, is_set, 3, 8, 76, 75, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 76, 76, 0.0_dp), &
-      atom_t(0, is_set, 3, 9, 77, 76, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 77, 77, 0.0_dp), &
-      atom_t(0, is_set, 3, 10, 78, 77, 0.0_dp), &
-      atom_t(1, is_set, 3, 9, 78, 77, 0.0_dp), &
-      atom_t(0, is_set, 3, 11, 78, 77, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 72, 73, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 74, 74, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 75, 74, 1.0_dp), &
+      atom_t(0, is_one_of, 2, 4, 75, 74, 2.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 75, 75, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 76, 75, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 76, 75, 1.0_dp), &
+      atom_t(0, is_one_of, 2, 4, 76, 75, 2.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 76, 76, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 77, 76, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 77, 76, 1.0_dp), &
+      atom_t(0, is_none_of, 3, 2, 77, 77, 0.0_dp), &
+      atom_t(1, is_set, 3, 3, 78, 77, 0.0_dp), &
+      atom_t(0, is_set, 3, 7, 78, 77, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 78, 78, 0.0_dp), &
-      atom_t(0, is_set, 3, 12, 79, 78, 0.0_dp), &
+      atom_t(0, is_set, 3, 8, 79, 78, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 79, 79, 0.0_dp), &
-      atom_t(0, is_set, 3, 13, 80, 79, 0.0_dp), &
+      atom_t(0, is_set, 3, 9, 80, 79, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 80, 80, 0.0_dp), &
-      atom_t(0, is_set, 3, 14, 81, 80, 0.0_dp), &
+      atom_t(0, is_set, 3, 10, 81, 80, 0.0_dp), &
+      atom_t(1, is_set, 3, 9, 81, 80, 0.0_dp), &
+      atom_t(0, is_set, 3, 11, 81, 80, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 81, 81, 0.0_dp), &
-      atom_t(0, is_set, 3, 15, 82, 81, 0.0_dp), &
+      atom_t(0, is_set, 3, 12, 82, 81, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 82, 82, 0.0_dp), &
-      atom_t(0, is_set, 3, 16, 83, 82, 0.0_dp), &
+      atom_t(0, is_set, 3, 13, 83, 82, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 83, 83, 0.0_dp), &
-      atom_t(0, is_set, 3, 17, 84, 83, 0.0_dp), &
+      atom_t(0, is_set, 3, 14, 84, 83, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 84, 84, 0.0_dp), &
-      atom_t(0, is_set, 3, 18, 85, 84, 0.0_dp), &
+      atom_t(0, is_set, 3, 15, 85, 84, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 85, 85, 0.0_dp), &
-      atom_t(0, is_set, 3, 19, 86, 85, 0.0_dp), &
+      atom_t(0, is_set, 3, 16, 86, 85, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 86, 86, 0.0_dp), &
-      atom_t(0, is_set, 3, 20, 87, 86, 0.0_dp), &
+      atom_t(0, is_set, 3, 17, 87, 86, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 87, 87, 0.0_dp), &
-      atom_t(0, is_set, 3, 21, 88, 87, 0.0_dp), &
+      atom_t(0, is_set, 3, 18, 88, 87, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 88, 88, 0.0_dp), &
-      atom_t(0, is_set, 3, 22, 89, 88, 0.0_dp), &
+      atom_t(0, is_set, 3, 19, 89, 88, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 89, 89, 0.0_dp), &
-      atom_t(0, is_set, 3, 23, 90, 89, 0.0_dp), &
+      atom_t(0, is_set, 3, 20, 90, 89, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 90, 90, 0.0_dp), &
-      atom_t(0, is_set, 3, 24, 91, 90, 0.0_dp), &
+      atom_t(0, is_set, 3, 21, 91, 90, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 91, 91, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 92, 92, 0.0_dp), &
-      atom_t(1, is_set, 3, 15, 93, 92, 0.0_dp), &
-      atom_t(1, is_set, 3, 16, 93, 92, 0.0_dp), &
-      atom_t(1, is_set, 3, 18, 93, 92, 0.0_dp), &
-      atom_t(1, is_set, 3, 21, 93, 92, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 93, 93, 0.0_dp), &
-      atom_t(0, is_one_of, 1, 2, 94, 95, 0.0_dp), &
-      atom_t(1, is_set, 3, 17, 96, 95, 0.0_dp), &
-      atom_t(1, is_set, 3, 22, 96, 95, 0.0_dp), &
-      atom_t(1, is_set, 3, 23, 96, 95, 0.0_dp), &
-      atom_t(0, is_set, 3, 3, 96, 95, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 96, 96, 0.0_dp), &
-      atom_t(0, is_set, 3, 4, 97, 96, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 97, 97, 0.0_dp), &
-      atom_t(0, is_set, 3, 17, 98, 97, 0.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 98, 98, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 99, 98, 0.0_dp, a_plane), &
-      atom_t(0, is_set, 3, 22, 99, 98, 0.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 99, 99, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 100, 99, 0.0_dp, a_plane), &
-      atom_t(0, is_set, 3, 23, 100, 99, 0.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 100, 100, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 101, 100, 0.0_dp, a_plane), &
-      atom_t(0, is_one_of, 3, 2, 101, 101, 0.0_dp), &
-      atom_t(1, is_above, 3, 7, 102, 101, 0.0_dp), &
-      atom_t(0, is_set, 3, 9, 102, 101, 0.0_dp), &
-      atom_t(1, is_set, 3, 10, 102, 101, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 102, 102, 0.0_dp), &
-      atom_t(1, is_set, 3, 12, 103, 102, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 103, 103, 0.0_dp), &
-      atom_t(1, is_set, 3, 13, 104, 103, 0.0_dp), &
-      atom_t(1, is_set, 3, 14, 104, 103, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 104, 104, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 105, 106, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 107, 107, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 108, 108, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 109, 109, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 110, 110, 0.0_dp), &
+      atom_t(0, is_set, 3, 22, 92, 91, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 92, 92, 0.0_dp), &
+      atom_t(0, is_set, 3, 23, 93, 92, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 93, 93, 0.0_dp), &
+      atom_t(0, is_set, 3, 24, 94, 93, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 94, 94, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 95, 95, 0.0_dp), &
+      atom_t(1, is_set, 3, 15, 96, 95, 0.0_dp), &
+      atom_t(1, is_set, 3, 16, 96, 95, 0.0_dp), &
+      atom_t(1, is_set, 3, 18, 96, 95, 0.0_dp), &
+      atom_t(1, is_set, 3, 21, 96, 95, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 96, 96, 0.0_dp), &
+      atom_t(0, is_one_of, 1, 2, 97, 98, 0.0_dp), &
+      atom_t(1, is_set, 3, 17, 99, 98, 0.0_dp), &
+      atom_t(1, is_set, 3, 22, 99, 98, 0.0_dp), &
+      atom_t(1, is_set, 3, 23, 99, 98, 0.0_dp), &
+      atom_t(0, is_set, 3, 3, 99, 98, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 99, 99, 0.0_dp), &
+      atom_t(0, is_set, 3, 4, 100, 99, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 100, 100, 0.0_dp), &
+      atom_t(0, is_set, 3, 17, 101, 100, 0.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 101, 101, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 102, 101, 0.0_dp, a_plane), &
+      atom_t(0, is_set, 3, 22, 102, 101, 0.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 102, 102, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 103, 102, 0.0_dp, a_plane), &
+      atom_t(0, is_set, 3, 23, 103, 102, 0.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 103, 103, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 104, 103, 0.0_dp, a_plane), &
+      atom_t(0, is_one_of, 3, 2, 104, 104, 0.0_dp), &
+      atom_t(1, is_above, 3, 7, 105, 104, 0.0_dp), &
+      atom_t(0, is_set, 3, 9, 105, 104, 0.0_dp), &
+      atom_t(1, is_set, 3, 10, 105, 104, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 105, 105, 0.0_dp), &
+      atom_t(1, is_set, 3, 12, 106, 105, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 106, 106, 0.0_dp), &
+      atom_t(1, is_set, 3, 13, 107, 106, 0.0_dp), &
+      atom_t(1, is_set, 3, 14, 107, 106, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 107, 107, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 108, 109, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 110, 110, 0.0_dp), &
       atom_t(1, is_one_of, 3, 6, 111, 111, 0.0_dp), &
       atom_t(0, is_one_of, 3, 6, 112, 112, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 113, 112, 2.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 113, 113, 0.0_dp), &
-      atom_t(1, is_above, 3, 4, 114, 113, 0.4899_dp), &
-      atom_t(1, is_none_of, 1, 2, 114, 114, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 115, 114, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 115, 115, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 113, 113, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 114, 114, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 115, 115, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 116, 115, 2.0_dp), &
       atom_t(0, is_one_of, 3, 6, 116, 116, 0.0_dp), &
       atom_t(1, is_above, 3, 4, 117, 116, 0.4899_dp), &
-      atom_t(1, is_named, 0, 0, 117, 116, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 3, 6, 117, 117, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 118, 118, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 119, 119, 0.0_dp), &
-      atom_t(1, is_none_of, 1, 2, 120, 120, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 121, 120, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 121, 121, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 122, 122, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 123, 123, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 124, 123, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 3, 6, 124, 124, 0.0_dp)]
+      atom_t(1, is_none_of, 1, 2, 117, 117, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 118, 117, 1.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 118, 118, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 119, 119, 0.0_dp), &
+      atom_t(1, is_above, 3, 4, 120, 119, 0.4899_dp), &
+      atom_t(1, is_named, 0, 0, 120, 119, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 3, 6, 120, 120, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 121, 121, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 122, 122, 0.0_dp), &
+      atom_t(1, is_none_of, 1, 2, 123, 123, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 124, 123, 1.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 124, 124, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 125, 125, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 126, 126, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 127, 126, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 3, 6, 127, 127, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 128, 128, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 129, 129, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_3(*) = [ &
-      atom_t(0, is_one_of, 3, 2, 125, 125, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 126, 126, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 127, 127, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 128, 128, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 129, 129, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 130, 130, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 131, 133, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 134, 134, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 135, 135, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 136, 137, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 138, 138, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 139, 139, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 140, 140, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 141, 141, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 142, 144, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 145, 145, 0.0_dp), &
-      atom_t(0, is_present, 3, 0, 146, 145, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 146, 145, 0.0_dp, a_body_of_it), &
-      atom_t(0, is_present, 4, 0, 146, 145, 0.0_dp), &
-      atom_t(1, is_set, 4, 1, 146, 145, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_set, 4, 1, 146, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_set, 4, 10, 146, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_set, 4, 11, 146, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_set, 4, 12, 146, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_set, 4, 20, 146, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_set, 4, 14, 146, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_set, 4, 16, 146, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_set, 4, 15, 146, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_set, 4, 17, 146, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_set, 4, 18, 146, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_set, 4, 19, 146, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_set, 4, 9, 146, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 146, 145, 1.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 146, 146, 0.0_dp), &
-      atom_t(1, is_set, 4, 3, 147, 146, 0.0_dp), &
-      atom_t(1, is_set, 4, 4, 147, 146, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 147, 147, 0.0_dp), &
-      atom_t(1, is_set, 4, 5, 148, 147, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 148, 148, 0.0_dp), &
-      atom_t(1, is_set, 4, 6, 149, 148, 0.0_dp), &
-      atom_t(1, is_above, 4, 7, 149, 148, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 149, 150, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 151, 150, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 4, 2, 151, 151, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 152, 152, 0.0_dp), &
-      atom_t(1, is_set, 4, 3, 153, 152, 0.0_dp), &
-      atom_t(1, is_set, 4, 4, 153, 152, 0.0_dp), &
-      atom_t(1, is_above, 4, 7, 153, 152, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 153, 153, 0.0_dp), &
-      atom_t(1, is_set, 4, 6, 154, 153, 0.0_dp), &
-      atom_t(1, is_above, 4, 7, 154, 153, 0.0_dp), &
-      atom_t(0, is_set, 4, 3, 154, 153, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 131, 131, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 132, 132, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 133, 133, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 134, 136, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 137, 137, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 138, 138, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 139, 140, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 141, 141, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 142, 142, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 143, 143, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 144, 144, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 145, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 148, 148, 0.0_dp), &
+      atom_t(0, is_present, 3, 0, 149, 148, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 149, 148, 0.0_dp, a_body_of_it), &
+      atom_t(0, is_present, 4, 0, 149, 148, 0.0_dp), &
+      atom_t(1, is_set, 4, 1, 149, 148, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 1, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 10, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 11, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 12, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 20, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 14, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 16, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 15, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 17, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 18, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 19, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 9, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 149, 149, 0.0_dp), &
+      atom_t(1, is_set, 4, 3, 150, 149, 0.0_dp), &
+      atom_t(1, is_set, 4, 4, 150, 149, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 150, 150, 0.0_dp), &
+      atom_t(1, is_set, 4, 5, 151, 150, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 151, 151, 0.0_dp), &
+      atom_t(1, is_set, 4, 6, 152, 151, 0.0_dp), &
+      atom_t(1, is_above, 4, 7, 152, 151, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 152, 153, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 154, 153, 0.0_dp, a_solid), &
       atom_t(1, is_one_of, 4, 2, 154, 154, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 155, 155, 0.0_dp), &
-      atom_t(0, is_set, 4, 4, 156, 155, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 2, 156, 156, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 157, 157, 0.0_dp), &
-      atom_t(0, is_set, 4, 5, 158, 157, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 2, 158, 158, 0.0_dp), &
-      atom_t(0, is_set, 4, 6, 159, 158, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 155, 155, 0.0_dp), &
+      atom_t(1, is_set, 4, 3, 156, 155, 0.0_dp), &
+      atom_t(1, is_set, 4, 4, 156, 155, 0.0_dp), &
+      atom_t(1, is_above, 4, 7, 156, 155, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 156, 156, 0.0_dp), &
+      atom_t(1, is_set, 4, 6, 157, 156, 0.0_dp), &
+      atom_t(1, is_above, 4, 7, 157, 156, 0.0_dp), &
+      atom_t(0, is_set, 4, 3, 157, 156, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 157, 157, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 158, 158, 0.0_dp), &
+      atom_t(0, is_set, 4, 4, 159, 158, 0.0_dp), &
       atom_t(1, is_one_of, 4, 2, 159, 159, 0.0_dp), &
       atom_t(2, is_one_of, 4, 2, 160, 160, 0.0_dp), &
-      atom_t(0, is_set, 4, 7, 161, 160, 0.0_dp), &
+      atom_t(0, is_set, 4, 5, 161, 160, 0.0_dp), &
       atom_t(1, is_one_of, 4, 2, 161, 161, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 162, 162, 0.0_dp), &
-      atom_t(3, is_one_of, 4, 2, 163, 163, 0.0_dp), &
-      atom_t(0, is_set, 4, 20, 164, 163, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 164, 166, 0.0_dp), &
+      atom_t(0, is_set, 4, 6, 162, 161, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 162, 162, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 163, 163, 0.0_dp), &
+      atom_t(0, is_set, 4, 7, 164, 163, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 164, 164, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 165, 165, 0.0_dp), &
+      atom_t(3, is_one_of, 4, 2, 166, 166, 0.0_dp), &
       atom_t(0, is_set, 4, 20, 167, 166, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 167, 166, 0.0_dp, another_body_of_that_group), &
-      atom_t(0, is_below, 4, 9, 167, 166, 3.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 167, 166, 2.0_dp), &
-      atom_t(1, is_one_of, 4, 9, 167, 166, 3.0_dp), &
-      atom_t(0, is_set, 4, 10, 167, 166, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 167, 167, 0.0_dp), &
-      atom_t(0, is_set, 4, 11, 168, 167, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 168, 168, 0.0_dp), &
-      atom_t(0, is_set, 4, 11, 169, 168, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 169, 169, 0.0_dp), &
-      atom_t(0, is_set, 4, 12, 170, 169, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 170, 169, 0.0_dp, a_shear_of_the_eigenstrain), &
-      atom_t(1, is_one_of, 11, 1, 170, 170, 0.0_dp), &
-      atom_t(0, is_set, 4, 12, 171, 170, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 171, 171, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 13, 172, 171, 0.0_dp), &
-      atom_t(1, is_set, 4, 12, 172, 171, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 13, 172, 171, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 172, 172, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 13, 173, 172, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 173, 172, 0.0_dp), &
-      atom_t(0, is_set, 4, 17, 173, 172, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 173, 172, 0.0_dp), &
-      atom_t(0, is_set, 4, 18, 173, 172, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 173, 172, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 173, 172, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 173, 172, 0.0_dp), &
-      atom_t(0, is_set, 4, 16, 173, 172, 0.0_dp), &
-      atom_t(1, is_set, 4, 17, 173, 172, 0.0_dp), &
-      atom_t(2, is_set, 4, 18, 173, 172, 0.0_dp), &
-      atom_t(3, is_set, 4, 19, 173, 172, 0.0_dp), &
-      atom_t(0, is_set, 4, 15, 173, 172, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 173, 172, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 173, 172, 0.0_dp), &
-      atom_t(1, is_set, 4, 12, 173, 172, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 173, 172, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 173, 173, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 174, 173, 0.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 174, 174, 0.0_dp)]
+      atom_t(1, is_one_of, 8, 1, 167, 169, 0.0_dp), &
+      atom_t(0, is_set, 4, 20, 170, 169, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 170, 169, 0.0_dp, another_body_of_that_group), &
+      atom_t(0, is_below, 4, 9, 170, 169, 3.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 170, 169, 2.0_dp), &
+      atom_t(1, is_one_of, 4, 9, 170, 169, 3.0_dp), &
+      atom_t(0, is_set, 4, 10, 170, 169, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 170, 170, 0.0_dp), &
+      atom_t(0, is_set, 4, 11, 171, 170, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 171, 171, 0.0_dp), &
+      atom_t(0, is_set, 4, 11, 172, 171, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 4, 172, 172, 0.0_dp), &
+      atom_t(0, is_set, 4, 12, 173, 172, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 173, 172, 0.0_dp, a_shear_of_the_eigenstrain), &
+      atom_t(1, is_one_of, 11, 1, 173, 173, 0.0_dp), &
+      atom_t(0, is_set, 4, 12, 174, 173, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 174, 174, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 13, 175, 174, 0.0_dp), &
+      atom_t(1, is_set, 4, 12, 175, 174, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 13, 175, 174, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 175, 175, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 13, 176, 175, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 17, 176, 175, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 18, 176, 175, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 176, 175, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 16, 176, 175, 0.0_dp), &
+      atom_t(1, is_set, 4, 17, 176, 175, 0.0_dp), &
+      atom_t(2, is_set, 4, 18, 176, 175, 0.0_dp), &
+      atom_t(3, is_set, 4, 19, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 15, 176, 175, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 176, 175, 0.0_dp), &
+      atom_t(1, is_set, 4, 12, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 176, 175, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 176, 176, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 177, 176, 0.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 177, 177, 0.0_dp), &
+      atom_t(0, is_set, 4, 16, 178, 177, 0.0_dp), &
+      atom_t(1, is_set, 17, 5, 178, 177, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_4(*) = [ &
-      atom_t(0, is_set, 4, 16, 175, 174, 0.0_dp), &
-      atom_t(1, is_set, 17, 5, 175, 174, 0.0_dp), &
-      atom_t(0, is_set, 4, 16, 175, 174, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 175, 175, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 176, 175, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 13, 176, 175, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 13, 176, 175, 1.0_dp), &
-      atom_t(0, is_set, 4, 12, 176, 175, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 176, 175, 0.0_dp, a_fourth_value_of_the_eigenstrain), &
-      atom_t(1, is_one_of, 1, 2, 176, 176, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 177, 176, 0.0_dp, a_plane), &
-      atom_t(0, is_set, 5, 8, 177, 176, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 6, 177, 178, 0.0_dp), &
-      atom_t(0, is_set, 5, 9, 179, 178, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 6, 179, 179, 0.0_dp), &
-      atom_t(0, is_set, 5, 10, 180, 179, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 6, 180, 180, 0.0_dp), &
-      atom_t(0, is_set, 5, 11, 181, 180, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 6, 181, 181, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 182, 183, 0.0_dp), &
-      atom_t(1, is_above, 5, 8, 184, 183, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 184, 184, 0.0_dp), &
-      atom_t(1, is_above, 5, 9, 185, 184, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 185, 185, 0.0_dp), &
-      atom_t(1, is_set, 5, 10, 186, 185, 0.0_dp), &
-      atom_t(1, is_set, 5, 11, 186, 185, 0.0_dp), &
-      atom_t(0, is_set, 6, 13, 186, 185, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 186, 187, 0.0_dp), &
-      atom_t(0, is_set, 6, 14, 188, 187, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 188, 188, 0.0_dp), &
-      atom_t(0, is_set, 6, 15, 189, 188, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 189, 189, 0.0_dp), &
-      atom_t(0, is_set, 6, 16, 190, 189, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 190, 190, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 191, 192, 0.0_dp), &
-      atom_t(1, is_above, 6, 13, 193, 192, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 193, 193, 0.0_dp), &
-      atom_t(1, is_above, 6, 14, 194, 193, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 194, 194, 0.0_dp), &
-      atom_t(1, is_set, 6, 15, 195, 194, 0.0_dp), &
-      atom_t(1, is_set, 6, 16, 195, 194, 0.0_dp), &
-      atom_t(0, is_set, 15, 6, 195, 194, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 4, 195, 196, 0.0_dp), &
-      atom_t(0, is_set, 15, 7, 197, 196, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 4, 197, 197, 0.0_dp), &
-      atom_t(0, is_set, 15, 8, 198, 197, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 4, 198, 198, 0.0_dp), &
-      atom_t(0, is_set, 15, 9, 199, 198, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 4, 199, 199, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 4, 200, 201, 0.0_dp), &
-      atom_t(1, is_above, 15, 6, 202, 201, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 4, 202, 202, 0.0_dp), &
-      atom_t(1, is_above, 15, 7, 203, 202, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 4, 203, 203, 0.0_dp), &
-      atom_t(1, is_set, 15, 8, 204, 203, 0.0_dp), &
-      atom_t(1, is_set, 15, 9, 204, 203, 0.0_dp), &
-      atom_t(0, is_set, 5, 6, 204, 203, 0.0_dp), &
-      atom_t(1, is_set, 5, 4, 204, 203, 0.0_dp), &
-      atom_t(2, is_set, 5, 5, 204, 203, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 204, 203, 0.0_dp), &
-      atom_t(1, is_set, 5, 4, 204, 203, 0.0_dp), &
-      atom_t(2, is_set, 5, 5, 204, 203, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 204, 203, 0.0_dp), &
-      atom_t(1, is_set, 5, 4, 204, 203, 0.0_dp), &
-      atom_t(2, is_set, 5, 5, 204, 203, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 204, 203, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 204, 204, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 205, 206, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 207, 207, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 208, 207, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 208, 208, 0.0_dp), &
-      atom_t(0, is_above, 5, 7, 209, 208, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 209, 210, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 211, 211, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 212, 211, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 212, 212, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 213, 213, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 214, 214, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 215, 214, 0.0_dp), &
+      atom_t(0, is_set, 4, 16, 178, 177, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 178, 178, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 179, 178, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 13, 179, 178, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 13, 179, 178, 1.0_dp), &
+      atom_t(0, is_set, 4, 12, 179, 178, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 179, 178, 0.0_dp, a_fourth_value_of_the_eigenstrain), &
+      atom_t(1, is_one_of, 1, 2, 179, 179, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 180, 179, 0.0_dp, a_plane), &
+      atom_t(0, is_set, 5, 8, 180, 179, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 6, 180, 181, 0.0_dp), &
+      atom_t(0, is_set, 5, 9, 182, 181, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 6, 182, 182, 0.0_dp), &
+      atom_t(0, is_set, 5, 10, 183, 182, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 6, 183, 183, 0.0_dp), &
+      atom_t(0, is_set, 5, 11, 184, 183, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 6, 184, 184, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 185, 186, 0.0_dp), &
+      atom_t(1, is_above, 5, 8, 187, 186, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 187, 187, 0.0_dp), &
+      atom_t(1, is_above, 5, 9, 188, 187, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 188, 188, 0.0_dp), &
+      atom_t(1, is_set, 5, 10, 189, 188, 0.0_dp), &
+      atom_t(1, is_set, 5, 11, 189, 188, 0.0_dp), &
+      atom_t(0, is_set, 6, 13, 189, 188, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 189, 190, 0.0_dp), &
+      atom_t(0, is_set, 6, 14, 191, 190, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 191, 191, 0.0_dp), &
+      atom_t(0, is_set, 6, 15, 192, 191, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 192, 192, 0.0_dp), &
+      atom_t(0, is_set, 6, 16, 193, 192, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 193, 193, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 194, 195, 0.0_dp), &
+      atom_t(1, is_above, 6, 13, 196, 195, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 196, 196, 0.0_dp), &
+      atom_t(1, is_above, 6, 14, 197, 196, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 197, 197, 0.0_dp), &
+      atom_t(1, is_set, 6, 15, 198, 197, 0.0_dp), &
+      atom_t(1, is_set, 6, 16, 198, 197, 0.0_dp), &
+      atom_t(0, is_set, 15, 6, 198, 197, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 4, 198, 199, 0.0_dp), &
+      atom_t(0, is_set, 15, 7, 200, 199, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 4, 200, 200, 0.0_dp), &
+      atom_t(0, is_set, 15, 8, 201, 200, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 4, 201, 201, 0.0_dp), &
+      atom_t(0, is_set, 15, 9, 202, 201, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 4, 202, 202, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 4, 203, 204, 0.0_dp), &
+      atom_t(1, is_above, 15, 6, 205, 204, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 4, 205, 205, 0.0_dp), &
+      atom_t(1, is_above, 15, 7, 206, 205, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 4, 206, 206, 0.0_dp), &
+      atom_t(1, is_set, 15, 8, 207, 206, 0.0_dp), &
+      atom_t(1, is_set, 15, 9, 207, 206, 0.0_dp), &
+      atom_t(0, is_set, 5, 6, 207, 206, 0.0_dp), &
+      atom_t(1, is_set, 5, 4, 207, 206, 0.0_dp), &
+      atom_t(2, is_set, 5, 5, 207, 206, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 207, 206, 0.0_dp), &
+      atom_t(1, is_set, 5, 4, 207, 206, 0.0_dp), &
+      atom_t(2, is_set, 5, 5, 207, 206, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 207, 206, 0.0_dp), &
+      atom_t(1, is_set, 5, 4, 207, 206, 0.0_dp), &
+      atom_t(2, is_set, 5, 5, 207, 206, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 207, 206, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 207, 207, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 208, 209, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 4, 210, 210, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 211, 210, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 211, 211, 0.0_dp), &
+      atom_t(0, is_above, 5, 7, 212, 211, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 212, 213, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 4, 214, 214, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 215, 214, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 215, 215, 0.0_dp), &
       atom_t(1, is_one_of, 9, 10, 216, 216, 0.0_dp), &
       atom_t(1, is_one_of, 9, 10, 217, 217, 0.0_dp), &
-      atom_t(0, is_set, 5, 15, 218, 217, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 218, 217, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 218, 218, 0.0_dp), &
       atom_t(1, is_one_of, 9, 10, 219, 219, 0.0_dp), &
       atom_t(1, is_one_of, 9, 10, 220, 220, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 14, 221, 220, 1.0_dp), &
+      atom_t(0, is_set, 5, 15, 221, 220, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 221, 221, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 222, 222, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 223, 222, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 223, 222, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 223, 222, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 223, 222, 1.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 223, 223, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 224, 223, 1.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 224, 226, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 222, 222, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 223, 223, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 14, 224, 223, 1.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 224, 224, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 225, 225, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 226, 225, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 226, 225, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 226, 225, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 226, 225, 1.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 226, 226, 0.0_dp), &
       atom_t(0, is_one_of, 5, 15, 227, 226, 1.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 227, 227, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 228, 229, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 230, 229, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 230, 229, 0.0_dp), &
-      atom_t(1, is_set, 6, 5, 230, 229, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 230, 230, 0.0_dp), &
-      atom_t(1, is_set, 6, 5, 231, 230, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 231, 231, 0.0_dp), &
-      atom_t(1, is_set, 6, 6, 232, 231, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 232, 233, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 234, 233, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 234, 233, 0.0_dp), &
-      atom_t(2, is_set, 6, 4, 234, 233, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 227, 229, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 230, 229, 1.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 230, 230, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 231, 232, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 233, 232, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 233, 232, 0.0_dp), &
+      atom_t(1, is_set, 6, 5, 233, 232, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 233, 233, 0.0_dp), &
+      atom_t(1, is_set, 6, 5, 234, 233, 0.0_dp), &
       atom_t(0, is_one_of, 6, 1, 234, 234, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 235, 235, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 236, 235, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 236, 235, 0.0_dp), &
-      atom_t(2, is_set, 6, 4, 236, 235, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 236, 235, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 236, 235, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 236, 235, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 236, 235, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 236, 235, 0.0_dp)]
+      atom_t(1, is_set, 6, 6, 235, 234, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 235, 236, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 237, 236, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 237, 236, 0.0_dp), &
+      atom_t(2, is_set, 6, 4, 237, 236, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 237, 237, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 238, 238, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 239, 238, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 239, 238, 0.0_dp), &
+      atom_t(2, is_set, 6, 4, 239, 238, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 239, 238, 0.0_dp), &
+      atom_t(0, is_set, 6, 2, 239, 238, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 239, 238, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 239, 238, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 239, 238, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 239, 238, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 239, 238, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_5(*) = [ &
-      atom_t(1, is_set, 6, 2, 236, 235, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 236, 235, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 236, 238, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 239, 238, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 239, 239, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 240, 239, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 240, 241, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 239, 241, 0.0_dp), &
       atom_t(0, is_set, 6, 4, 242, 241, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 242, 241, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 6, 1, 242, 242, 0.0_dp), &
-      atom_t(1, is_set, 6, 9, 243, 242, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 243, 242, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 243, 243, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 244, 243, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 244, 244, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 245, 245, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 246, 245, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 242, 242, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 243, 242, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 243, 244, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 245, 244, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 245, 244, 0.0_dp, a_solid), &
+      atom_t(0, is_one_of, 6, 1, 245, 245, 0.0_dp), &
+      atom_t(1, is_set, 6, 9, 246, 245, 0.0_dp), &
+      atom_t(0, is_set, 6, 2, 246, 245, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 246, 246, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 247, 246, 0.0_dp), &
+      atom_t(0, is_set, 6, 2, 247, 246, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 247, 247, 0.0_dp), &
       atom_t(1, is_one_of, 6, 7, 248, 248, 0.0_dp), &
-      atom_t(0, is_set, 6, 5, 249, 248, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 249, 251, 0.0_dp), &
-      atom_t(0, is_set, 6, 11, 252, 251, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 252, 252, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 253, 252, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 253, 253, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 254, 254, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 255, 255, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 256, 256, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 257, 257, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 258, 258, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 249, 248, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 249, 249, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 250, 249, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 250, 250, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 251, 251, 0.0_dp), &
+      atom_t(0, is_set, 6, 5, 252, 251, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 252, 254, 0.0_dp), &
+      atom_t(0, is_set, 6, 11, 255, 254, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 255, 255, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 256, 255, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 256, 256, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 257, 257, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 258, 258, 0.0_dp), &
       atom_t(0, is_one_of, 6, 1, 259, 259, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 260, 260, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 261, 261, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 260, 260, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 261, 261, 0.0_dp), &
       atom_t(0, is_one_of, 6, 1, 262, 262, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 263, 262, 2.0_dp), &
-      atom_t(1, is_named, 0, 0, 263, 262, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 2, 4, 263, 262, 1.0_dp), &
-      atom_t(0, is_set, 6, 6, 263, 262, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 263, 263, 0.0_dp), &
-      atom_t(0, is_set, 6, 9, 264, 263, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 264, 264, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 265, 265, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 263, 263, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 264, 264, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 265, 265, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 266, 265, 2.0_dp), &
+      atom_t(1, is_named, 0, 0, 266, 265, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 2, 4, 266, 265, 1.0_dp), &
+      atom_t(0, is_set, 6, 6, 266, 265, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 266, 266, 0.0_dp), &
-      atom_t(0, is_set, 6, 8, 267, 266, 0.0_dp), &
+      atom_t(0, is_set, 6, 9, 267, 266, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 267, 267, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 268, 268, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 10, 269, 270, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 271, 273, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 274, 274, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 275, 274, 0.0_dp), &
-      atom_t(0, is_set, 6, 8, 275, 274, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 275, 277, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 278, 278, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 279, 278, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 6, 8, 279, 278, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 279, 279, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 280, 279, 0.0_dp, a_pressed_path_that_grows_in_motion), &
-      atom_t(0, is_below, 6, 12, 280, 279, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 280, 280, 0.0_dp), &
-      atom_t(0, is_one_of, 8, 1, 281, 281, 0.0_dp), &
-      atom_t(1, is_above, 8, 2, 282, 281, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 282, 282, 0.0_dp), &
-      atom_t(0, is_set, 8, 2, 283, 282, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 283, 283, 0.0_dp), &
-      atom_t(0, is_set, 8, 3, 284, 283, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 284, 286, 0.0_dp), &
-      atom_t(0, is_one_of, 8, 1, 287, 289, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 290, 289, 2.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 290, 289, 1.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 290, 291, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 292, 294, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 295, 295, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 296, 296, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 297, 299, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 300, 300, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 301, 301, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 302, 302, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 268, 268, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 269, 269, 0.0_dp), &
+      atom_t(0, is_set, 6, 8, 270, 269, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 270, 270, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 271, 271, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 10, 272, 273, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 274, 276, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 277, 277, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 278, 277, 0.0_dp), &
+      atom_t(0, is_set, 6, 8, 278, 277, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 278, 280, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 281, 281, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 282, 281, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 6, 8, 282, 281, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 282, 282, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 283, 282, 0.0_dp, a_pressed_path_that_grows_in_motion), &
+      atom_t(0, is_below, 6, 12, 283, 282, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 283, 283, 0.0_dp), &
+      atom_t(0, is_one_of, 8, 1, 284, 284, 0.0_dp), &
+      atom_t(1, is_above, 8, 2, 285, 284, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 285, 285, 0.0_dp), &
+      atom_t(0, is_set, 8, 2, 286, 285, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 286, 286, 0.0_dp), &
+      atom_t(0, is_set, 8, 3, 287, 286, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 287, 289, 0.0_dp), &
+      atom_t(0, is_one_of, 8, 1, 290, 292, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 293, 292, 2.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 293, 292, 1.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 293, 294, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 295, 297, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 298, 298, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 299, 299, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 300, 302, 0.0_dp), &
       atom_t(1, is_one_of, 9, 11, 303, 303, 0.0_dp), &
       atom_t(0, is_one_of, 9, 11, 304, 304, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 305, 305, 0.0_dp), &
       atom_t(1, is_one_of, 9, 11, 306, 306, 0.0_dp), &
       atom_t(0, is_one_of, 9, 11, 307, 307, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 308, 307, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 308, 308, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 309, 309, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 310, 310, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 311, 311, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 312, 312, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 313, 313, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 314, 314, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 315, 315, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 316, 316, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 317, 317, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 6, 318, 318, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 319, 319, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 320, 320, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 321, 321, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 322, 322, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 323, 323, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 308, 308, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 309, 309, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 310, 310, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 311, 310, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 311, 311, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 312, 312, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 313, 313, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 314, 314, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 315, 315, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 316, 316, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 317, 317, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 318, 318, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 319, 319, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 320, 320, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 6, 321, 321, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 322, 322, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 323, 323, 0.0_dp), &
       atom_t(0, is_one_of, 9, 10, 324, 324, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 325, 325, 0.0_dp), &
       atom_t(1, is_one_of, 9, 10, 326, 326, 0.0_dp), &
       atom_t(0, is_one_of, 9, 10, 327, 327, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 328, 327, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 328, 329, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 330, 330, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 331, 331, 0.0_dp), &
-      atom_t(1, is_none_of, 3, 2, 332, 333, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 334, 334, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 335, 335, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 336, 336, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 337, 337, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 328, 328, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 329, 329, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 330, 330, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 331, 330, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 331, 332, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 333, 333, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 334, 334, 0.0_dp), &
+      atom_t(1, is_none_of, 3, 2, 335, 336, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 337, 337, 0.0_dp), &
       atom_t(0, is_one_of, 9, 10, 338, 338, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 339, 339, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 340, 340, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 339, 339, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 340, 340, 0.0_dp), &
       atom_t(0, is_one_of, 9, 10, 341, 341, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 342, 341, 0.0_dp, cracks_that_cut_cells), &
-      atom_t(1, is_one_of, 9, 10, 342, 342, 0.0_dp)]
+      atom_t(1, is_one_of, 10, 1, 342, 342, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 343, 343, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 344, 344, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 345, 344, 0.0_dp, cracks_that_cut_cells), &
+      atom_t(1, is_one_of, 9, 10, 345, 345, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 346, 346, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 347, 348, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_6(*) = [ &
-      atom_t(0, is_one_of, 9, 10, 343, 343, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 344, 345, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 346, 346, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 347, 347, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 348, 347, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 348, 348, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 349, 349, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 350, 350, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 351, 351, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 352, 352, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 353, 353, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 2, 354, 353, 1.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 354, 354, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 355, 355, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 356, 357, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 358, 358, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 359, 359, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 360, 360, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 361, 361, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 349, 349, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 350, 350, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 351, 350, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 351, 351, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 352, 352, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 353, 353, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 354, 354, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 355, 355, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 356, 356, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 2, 357, 356, 1.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 357, 357, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 358, 358, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 359, 360, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 361, 361, 0.0_dp), &
       atom_t(0, is_one_of, 9, 8, 362, 362, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 363, 363, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 364, 364, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 363, 363, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 364, 364, 0.0_dp), &
       atom_t(0, is_one_of, 9, 8, 365, 365, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 366, 369, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 370, 370, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 371, 371, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 372, 372, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 373, 373, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 374, 373, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 374, 374, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 375, 375, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 376, 375, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 376, 376, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 366, 366, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 367, 367, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 368, 368, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 369, 372, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 373, 373, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 374, 374, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 375, 375, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 376, 376, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 377, 376, 0.0_dp), &
       atom_t(1, is_one_of, 9, 8, 377, 377, 0.0_dp), &
-      atom_t(0, is_set, 5, 15, 378, 377, 0.0_dp), &
       atom_t(1, is_one_of, 9, 8, 378, 378, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 379, 378, 0.0_dp), &
       atom_t(1, is_one_of, 9, 8, 379, 379, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 380, 380, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 381, 383, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 384, 384, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 385, 385, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 386, 387, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 388, 388, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 389, 389, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 390, 389, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 390, 390, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 2, 391, 390, 1.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 391, 391, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 392, 392, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 393, 393, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 394, 397, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 398, 397, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 398, 399, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 400, 399, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 13, 400, 400, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 401, 401, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 402, 401, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(1, is_named, 0, 0, 402, 401, 0.0_dp, quadratic_cells_at_an_axis), &
-      atom_t(1, is_one_of, 9, 19, 402, 402, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 403, 403, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 404, 403, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 404, 405, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 406, 405, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 19, 406, 406, 0.0_dp), &
-      atom_t(0, is_set, 9, 2, 407, 406, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 407, 407, 0.0_dp), &
-      atom_t(0, is_set, 9, 3, 408, 407, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 408, 408, 0.0_dp), &
-      atom_t(0, is_above, 9, 2, 409, 408, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 409, 409, 0.0_dp), &
-      atom_t(1, is_above, 9, 7, 410, 409, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 16, 410, 410, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 411, 411, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 412, 412, 0.0_dp), &
-      atom_t(0, is_above, 9, 7, 413, 412, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 413, 413, 0.0_dp), &
-      atom_t(0, is_set, 9, 6, 414, 413, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 414, 415, 0.0_dp), &
-      atom_t(0, is_set, 9, 13, 416, 415, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 416, 415, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 9, 416, 415, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 380, 380, 0.0_dp), &
+      atom_t(0, is_set, 5, 15, 381, 380, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 381, 381, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 382, 382, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 383, 383, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 384, 386, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 387, 387, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 388, 388, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 389, 390, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 391, 391, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 392, 392, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 393, 392, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 393, 393, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 2, 394, 393, 1.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 394, 394, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 395, 395, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 396, 396, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 397, 400, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 401, 400, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 401, 402, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 403, 402, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 13, 403, 403, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 404, 404, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 405, 404, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(1, is_named, 0, 0, 405, 404, 0.0_dp, quadratic_cells_at_an_axis), &
+      atom_t(1, is_one_of, 9, 19, 405, 405, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 406, 406, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 407, 406, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 407, 408, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 409, 408, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 19, 409, 409, 0.0_dp), &
+      atom_t(0, is_set, 9, 2, 410, 409, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 410, 410, 0.0_dp), &
+      atom_t(0, is_set, 9, 3, 411, 410, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 411, 411, 0.0_dp), &
+      atom_t(0, is_above, 9, 2, 412, 411, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 412, 412, 0.0_dp), &
+      atom_t(1, is_above, 9, 7, 413, 412, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 16, 413, 413, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 414, 414, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 415, 415, 0.0_dp), &
+      atom_t(0, is_above, 9, 7, 416, 415, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 416, 416, 0.0_dp), &
-      atom_t(0, is_set, 9, 9, 417, 416, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 417, 418, 0.0_dp), &
-      atom_t(1, is_set, 9, 7, 419, 418, 0.0_dp), &
-      atom_t(2, is_one_of, 9, 11, 419, 419, 0.0_dp), &
-      atom_t(0, is_set, 9, 5, 420, 419, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 420, 420, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 4, 421, 421, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 422, 424, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 425, 425, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 4, 426, 426, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 427, 427, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 428, 428, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 429, 429, 0.0_dp), &
-      atom_t(0, is_set, 9, 4, 430, 429, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 430, 430, 0.0_dp), &
-      atom_t(0, is_set, 9, 4, 431, 430, 0.0_dp), &
-      atom_t(1, is_present, 6, 0, 431, 430, 0.0_dp), &
-      atom_t(2, is_set, 5, 4, 431, 430, 0.0_dp), &
-      atom_t(3, is_set, 4, 12, 431, 430, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 431, 431, 0.0_dp), &
-      atom_t(1, is_present, 6, 0, 432, 431, 0.0_dp), &
-      atom_t(2, is_set, 5, 4, 432, 431, 0.0_dp), &
-      atom_t(3, is_set, 5, 5, 432, 431, 0.0_dp), &
-      atom_t(4, is_set, 4, 12, 432, 431, 0.0_dp), &
-      atom_t(0, is_set, 9, 14, 432, 431, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 432, 432, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 433, 432, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 15, 433, 432, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 433, 433, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 434, 433, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 16, 434, 433, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 434, 434, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 435, 434, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 17, 435, 434, 0.0_dp), &
+      atom_t(0, is_set, 9, 6, 417, 416, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 417, 418, 0.0_dp), &
+      atom_t(0, is_set, 9, 13, 419, 418, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 419, 418, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 9, 419, 418, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 419, 419, 0.0_dp), &
+      atom_t(0, is_set, 9, 9, 420, 419, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 420, 421, 0.0_dp), &
+      atom_t(1, is_set, 9, 7, 422, 421, 0.0_dp), &
+      atom_t(2, is_one_of, 9, 11, 422, 422, 0.0_dp), &
+      atom_t(0, is_set, 9, 5, 423, 422, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 423, 423, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 4, 424, 424, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 425, 427, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 4, 428, 428, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 4, 429, 429, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 430, 430, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 431, 431, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 432, 432, 0.0_dp), &
+      atom_t(0, is_set, 9, 4, 433, 432, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 433, 433, 0.0_dp), &
+      atom_t(0, is_set, 9, 4, 434, 433, 0.0_dp), &
+      atom_t(1, is_present, 6, 0, 434, 433, 0.0_dp), &
+      atom_t(2, is_set, 5, 4, 434, 433, 0.0_dp), &
+      atom_t(3, is_set, 4, 12, 434, 433, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 434, 434, 0.0_dp), &
+      atom_t(1, is_present, 6, 0, 435, 434, 0.0_dp), &
+      atom_t(2, is_set, 5, 4, 435, 434, 0.0_dp), &
+      atom_t(3, is_set, 5, 5, 435, 434, 0.0_dp), &
+      atom_t(4, is_set, 4, 12, 435, 434, 0.0_dp), &
+      atom_t(0, is_set, 9, 14, 435, 434, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 435, 435, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 436, 435, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 18, 436, 435, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 436, 436, 0.0_dp)]
-
-   type(atom_t), parameter :: atoms_7(*) = [ &
+      atom_t(0, is_set, 9, 15, 436, 435, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 436, 436, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 437, 436, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 17, 437, 436, 0.0_dp), &
+      atom_t(0, is_set, 9, 16, 437, 436, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 437, 437, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 16, 438, 438, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 438, 437, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 17, 438, 437, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 438, 438, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 439, 438, 0.0_dp, a_mass_matrix_that_acts), &
       atom_t(0, is_set, 9, 18, 439, 438, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 439, 439, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 16, 440, 440, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 441, 441, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 442, 442, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 443, 444, 0.0_dp), &
-      atom_t(0, is_set, 7, 1, 445, 444, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 440, 439, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 17, 440, 439, 0.0_dp)]
+
+   type(atom_t), parameter :: atoms_7(*) = [ &
+      atom_t(1, is_one_of, 9, 13, 440, 440, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 16, 441, 441, 0.0_dp), &
+      atom_t(0, is_set, 9, 18, 442, 441, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 442, 442, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 16, 443, 443, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 444, 444, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 445, 445, 0.0_dp), &
-      atom_t(0, is_set, 19, 2, 446, 445, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 446, 445, 0.0_dp, samples_apart_from_load_steps), &
-      atom_t(0, is_one_of, 9, 6, 446, 446, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 447, 447, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 6, 448, 448, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 446, 447, 0.0_dp), &
+      atom_t(0, is_set, 7, 1, 448, 447, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 448, 448, 0.0_dp), &
+      atom_t(0, is_set, 19, 2, 449, 448, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 449, 448, 0.0_dp, samples_apart_from_load_steps), &
       atom_t(0, is_one_of, 9, 6, 449, 449, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 450, 450, 0.0_dp), &
       atom_t(1, is_one_of, 9, 6, 451, 451, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 452, 452, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 6, 452, 452, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 453, 453, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 454, 454, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 455, 455, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 456, 455, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 456, 456, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 457, 459, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 460, 460, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 461, 461, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 462, 461, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 462, 463, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 464, 463, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 10, 1, 464, 464, 0.0_dp), &
-      atom_t(0, is_set, 10, 8, 465, 464, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 465, 465, 0.0_dp), &
-      atom_t(0, is_set, 10, 9, 466, 465, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 466, 466, 0.0_dp), &
-      atom_t(0, is_set, 10, 10, 467, 466, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 6, 454, 454, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 455, 455, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 456, 456, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 457, 457, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 458, 458, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 459, 458, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 459, 459, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 460, 462, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 463, 463, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 464, 464, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 465, 464, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 465, 466, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 467, 466, 0.0_dp, cells_that_are_cut), &
       atom_t(1, is_one_of, 10, 1, 467, 467, 0.0_dp), &
-      atom_t(0, is_set, 10, 13, 468, 467, 0.0_dp), &
+      atom_t(0, is_set, 10, 8, 468, 467, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 468, 468, 0.0_dp), &
-      atom_t(0, is_set, 10, 2, 469, 468, 0.0_dp), &
+      atom_t(0, is_set, 10, 9, 469, 468, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 469, 469, 0.0_dp), &
-      atom_t(0, is_set, 10, 3, 470, 469, 0.0_dp), &
+      atom_t(0, is_set, 10, 10, 470, 469, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 470, 470, 0.0_dp), &
-      atom_t(0, is_set, 10, 4, 471, 470, 0.0_dp), &
+      atom_t(0, is_set, 10, 13, 471, 470, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 471, 471, 0.0_dp), &
-      atom_t(0, is_set, 10, 5, 472, 471, 0.0_dp), &
+      atom_t(0, is_set, 10, 2, 472, 471, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 472, 472, 0.0_dp), &
-      atom_t(0, is_set, 10, 6, 473, 472, 0.0_dp), &
+      atom_t(0, is_set, 10, 3, 473, 472, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 473, 473, 0.0_dp), &
-      atom_t(0, is_set, 10, 7, 474, 473, 0.0_dp), &
+      atom_t(0, is_set, 10, 4, 474, 473, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 474, 474, 0.0_dp), &
-      atom_t(0, is_set, 10, 11, 475, 474, 0.0_dp), &
+      atom_t(0, is_set, 10, 5, 475, 474, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 475, 475, 0.0_dp), &
-      atom_t(0, is_set, 10, 11, 476, 475, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 476, 476, 0.0_dp), &
+      atom_t(0, is_set, 10, 6, 476, 475, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 476, 476, 0.0_dp), &
+      atom_t(0, is_set, 10, 7, 477, 476, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 477, 477, 0.0_dp), &
-      atom_t(0, is_set, 10, 12, 478, 477, 0.0_dp), &
+      atom_t(0, is_set, 10, 11, 478, 477, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 478, 478, 0.0_dp), &
-      atom_t(0, is_set, 10, 12, 479, 478, 0.0_dp), &
+      atom_t(0, is_set, 10, 11, 479, 478, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 479, 479, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 480, 480, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 481, 483, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 484, 484, 0.0_dp), &
-      atom_t(1, is_set, 11, 2, 485, 484, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 485, 486, 0.0_dp), &
-      atom_t(1, is_set, 11, 6, 487, 486, 0.0_dp), &
-      atom_t(1, is_set, 11, 7, 487, 486, 0.0_dp), &
+      atom_t(0, is_set, 10, 12, 481, 480, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 481, 481, 0.0_dp), &
+      atom_t(0, is_set, 10, 12, 482, 481, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 482, 482, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 483, 483, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 484, 486, 0.0_dp), &
       atom_t(0, is_one_of, 11, 5, 487, 487, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 488, 487, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 488, 487, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 488, 488, 0.0_dp), &
-      atom_t(0, is_set, 11, 6, 489, 488, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 489, 490, 0.0_dp), &
-      atom_t(0, is_set, 11, 7, 491, 490, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 491, 492, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 493, 492, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 493, 495, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 496, 496, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 497, 496, 0.0_dp), &
-      atom_t(0, is_set, 11, 11, 497, 496, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 497, 497, 0.0_dp), &
-      atom_t(2, is_one_of, 11, 5, 498, 498, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 499, 498, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 499, 499, 0.0_dp), &
-      atom_t(0, is_set, 11, 12, 500, 499, 0.0_dp), &
+      atom_t(1, is_set, 11, 2, 488, 487, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 488, 489, 0.0_dp), &
+      atom_t(1, is_set, 11, 6, 490, 489, 0.0_dp), &
+      atom_t(1, is_set, 11, 7, 490, 489, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 490, 490, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 491, 490, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 491, 490, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 491, 491, 0.0_dp), &
+      atom_t(0, is_set, 11, 6, 492, 491, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 492, 493, 0.0_dp), &
+      atom_t(0, is_set, 11, 7, 494, 493, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 494, 495, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 496, 495, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 496, 498, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 499, 499, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 500, 499, 0.0_dp), &
+      atom_t(0, is_set, 11, 11, 500, 499, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 500, 500, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 501, 500, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 501, 501, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 502, 502, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 503, 502, 0.0_dp, several_cracks), &
-      atom_t(0, is_one_of, 11, 1, 503, 503, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 504, 503, 0.0_dp, edges_that_are_no_grid_lines), &
-      atom_t(0, is_set, 11, 8, 504, 503, 0.0_dp), &
+      atom_t(2, is_one_of, 11, 5, 501, 501, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 502, 501, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 502, 502, 0.0_dp), &
+      atom_t(0, is_set, 11, 12, 503, 502, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 503, 503, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 504, 503, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 504, 504, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 505, 506, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 507, 509, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 510, 510, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 511, 510, 0.0_dp, cohesion_all_along_it), &
-      atom_t(0, is_one_of, 11, 9, 511, 511, 0.0_dp), &
-      atom_t(1, is_above, 11, 10, 512, 511, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 512, 512, 0.0_dp), &
-      atom_t(0, is_set, 11, 10, 513, 512, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 513, 513, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 514, 513, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 514, 513, 0.0_dp), &
-      atom_t(0, is_set, 12, 1, 514, 513, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 514, 514, 0.0_dp), &
-      atom_t(0, is_set, 12, 2, 515, 514, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 515, 515, 0.0_dp), &
-      atom_t(0, is_set, 12, 9, 516, 515, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 516, 516, 0.0_dp), &
-      atom_t(0, is_set, 12, 10, 517, 516, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 517, 517, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 518, 517, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 518, 517, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 12, 1, 518, 517, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 518, 517, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 518, 518, 0.0_dp)]
+      atom_t(0, is_one_of, 11, 1, 505, 505, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 506, 505, 0.0_dp, several_cracks), &
+      atom_t(0, is_one_of, 11, 1, 506, 506, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 507, 506, 0.0_dp, edges_that_are_no_grid_lines), &
+      atom_t(0, is_set, 11, 8, 507, 506, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 507, 508, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 509, 509, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 510, 511, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 512, 514, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 515, 515, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 516, 515, 0.0_dp, cohesion_all_along_it), &
+      atom_t(0, is_one_of, 11, 9, 516, 516, 0.0_dp), &
+      atom_t(1, is_above, 11, 10, 517, 516, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 517, 517, 0.0_dp), &
+      atom_t(0, is_set, 11, 10, 518, 517, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 518, 518, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 519, 518, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 519, 518, 0.0_dp), &
+      atom_t(0, is_set, 12, 1, 519, 518, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 519, 519, 0.0_dp), &
+      atom_t(0, is_set, 12, 2, 520, 519, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 520, 520, 0.0_dp), &
+      atom_t(0, is_set, 12, 9, 521, 520, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 521, 521, 0.0_dp), &
+      atom_t(0, is_set, 12, 10, 522, 521, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 522, 522, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 523, 522, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 523, 522, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 12, 1, 523, 522, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 523, 522, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 523, 523, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 524, 523, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_8(*) = [ &
-      atom_t(0, is_present, 12, 0, 519, 518, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 519, 519, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 520, 521, 0.0_dp), &
-      atom_t(1, is_above, 12, 4, 522, 521, 0.0_dp), &
-      atom_t(1, is_above, 12, 5, 522, 521, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 522, 522, 0.0_dp), &
-      atom_t(1, is_above, 12, 6, 523, 522, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 523, 523, 0.0_dp), &
-      atom_t(1, is_set, 12, 7, 524, 523, 0.0_dp), &
-      atom_t(1, is_set, 12, 8, 524, 523, 0.0_dp), &
-      atom_t(0, is_set, 12, 4, 524, 523, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 524, 525, 0.0_dp), &
-      atom_t(0, is_set, 12, 5, 526, 525, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 526, 527, 0.0_dp), &
-      atom_t(0, is_set, 12, 6, 528, 527, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 528, 528, 0.0_dp), &
-      atom_t(0, is_set, 12, 7, 529, 528, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 529, 529, 0.0_dp), &
-      atom_t(0, is_set, 12, 8, 530, 529, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 530, 530, 0.0_dp), &
-      atom_t(0, is_set, 12, 12, 531, 530, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 531, 530, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 531, 530, 0.0_dp), &
-      atom_t(0, is_set, 12, 11, 531, 530, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 531, 530, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 531, 530, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 531, 530, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 531, 530, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 531, 530, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 531, 531, 0.0_dp), &
-      atom_t(0, is_set, 13, 1, 532, 531, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 532, 532, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 533, 532, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 533, 532, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 13, 1, 533, 532, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 533, 533, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 534, 533, 0.0_dp, growth_by_laws_of_both_kinds), &
-      atom_t(0, is_one_of, 13, 2, 534, 534, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 535, 535, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 536, 536, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 537, 538, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 524, 524, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 525, 526, 0.0_dp), &
+      atom_t(1, is_above, 12, 4, 527, 526, 0.0_dp), &
+      atom_t(1, is_above, 12, 5, 527, 526, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 527, 527, 0.0_dp), &
+      atom_t(1, is_above, 12, 6, 528, 527, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 528, 528, 0.0_dp), &
+      atom_t(1, is_set, 12, 7, 529, 528, 0.0_dp), &
+      atom_t(1, is_set, 12, 8, 529, 528, 0.0_dp), &
+      atom_t(0, is_set, 12, 4, 529, 528, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 529, 530, 0.0_dp), &
+      atom_t(0, is_set, 12, 5, 531, 530, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 531, 532, 0.0_dp), &
+      atom_t(0, is_set, 12, 6, 533, 532, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 533, 533, 0.0_dp), &
+      atom_t(0, is_set, 12, 7, 534, 533, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 534, 534, 0.0_dp), &
+      atom_t(0, is_set, 12, 8, 535, 534, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 535, 535, 0.0_dp), &
+      atom_t(0, is_set, 12, 12, 536, 535, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 536, 535, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 536, 535, 0.0_dp), &
+      atom_t(0, is_set, 12, 11, 536, 535, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 536, 535, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 536, 535, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 536, 535, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 536, 535, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 536, 535, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 536, 536, 0.0_dp), &
+      atom_t(0, is_set, 13, 1, 537, 536, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 537, 537, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 538, 537, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 538, 537, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 13, 1, 538, 537, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 538, 538, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 539, 538, 0.0_dp, growth_by_laws_of_both_kinds), &
       atom_t(0, is_one_of, 13, 2, 539, 539, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 540, 539, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 540, 539, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 540, 540, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 541, 540, 0.0_dp), &
-      atom_t(1, is_above, 13, 9, 541, 540, 0.0_dp), &
-      atom_t(1, is_above, 13, 10, 541, 540, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 540, 540, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 541, 541, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 542, 541, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_one_of, 13, 25, 542, 543, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 544, 544, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 545, 545, 0.0_dp), &
-      atom_t(1, is_set, 13, 11, 546, 545, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 546, 546, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 547, 546, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 547, 546, 0.0_dp), &
-      atom_t(1, is_above, 13, 14, 547, 546, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 547, 546, 0.0_dp), &
-      atom_t(1, is_above, 13, 13, 547, 546, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 547, 547, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 548, 548, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 549, 549, 0.0_dp), &
-      atom_t(0, is_present, 16, 0, 550, 549, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 550, 550, 0.0_dp), &
-      atom_t(0, is_set, 16, 3, 551, 550, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 551, 550, 0.0_dp), &
-      atom_t(0, is_set, 16, 4, 551, 550, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 551, 550, 0.0_dp), &
-      atom_t(0, is_set, 16, 5, 551, 550, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 551, 550, 0.0_dp), &
-      atom_t(0, is_set, 16, 1, 551, 550, 0.0_dp), &
-      atom_t(1, is_set, 16, 4, 551, 550, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 551, 554, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 555, 554, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 542, 543, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 544, 544, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 545, 544, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 545, 544, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 545, 545, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 546, 545, 0.0_dp), &
+      atom_t(1, is_above, 13, 9, 546, 545, 0.0_dp), &
+      atom_t(1, is_above, 13, 10, 546, 545, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 546, 546, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 547, 546, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_one_of, 13, 25, 547, 548, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 549, 549, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 550, 550, 0.0_dp), &
+      atom_t(1, is_set, 13, 11, 551, 550, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 551, 551, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 552, 551, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 552, 551, 0.0_dp), &
+      atom_t(1, is_above, 13, 14, 552, 551, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 552, 551, 0.0_dp), &
+      atom_t(1, is_above, 13, 13, 552, 551, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 552, 552, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 553, 553, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 554, 554, 0.0_dp), &
+      atom_t(0, is_present, 16, 0, 555, 554, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 555, 555, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 556, 555, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 556, 555, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 556, 556, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 557, 560, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 561, 560, 0.0_dp), &
+      atom_t(0, is_set, 16, 3, 556, 555, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 556, 555, 0.0_dp), &
+      atom_t(0, is_set, 16, 4, 556, 555, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 556, 555, 0.0_dp), &
+      atom_t(0, is_set, 16, 5, 556, 555, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 556, 555, 0.0_dp), &
+      atom_t(0, is_set, 16, 1, 556, 555, 0.0_dp), &
+      atom_t(1, is_set, 16, 4, 556, 555, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 556, 559, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 560, 559, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 560, 560, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 561, 560, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 561, 560, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 561, 561, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 562, 561, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 562, 561, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 562, 562, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 563, 562, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 563, 562, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 563, 563, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 564, 565, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 562, 565, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 566, 565, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 566, 566, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 567, 567, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 568, 567, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 567, 566, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 567, 566, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 567, 567, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 568, 567, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 568, 567, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 568, 568, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 569, 568, 0.0_dp), &
-      atom_t(0, is_set, 6, 17, 569, 568, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 569, 569, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 570, 569, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 570, 569, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 570, 570, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 571, 570, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_set, 6, 17, 571, 570, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 571, 571, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 572, 571, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 15, 0, 572, 571, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 572, 572, 0.0_dp), &
-      atom_t(0, is_set, 15, 2, 573, 572, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 573, 573, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 574, 574, 0.0_dp), &
-      atom_t(1, is_set, 15, 2, 575, 574, 0.0_dp), &
-      atom_t(0, is_set, 15, 4, 575, 574, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 575, 575, 0.0_dp), &
-      atom_t(0, is_set, 15, 5, 576, 575, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 576, 576, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 569, 570, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 571, 571, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 572, 572, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 573, 572, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 573, 573, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 574, 573, 0.0_dp), &
+      atom_t(0, is_set, 6, 17, 574, 573, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 574, 574, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 575, 574, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 575, 574, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 575, 575, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 576, 575, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_set, 6, 17, 576, 575, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 576, 576, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 577, 576, 0.0_dp, something_that_growth_scales), &
       atom_t(0, is_present, 15, 0, 577, 576, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 577, 576, 0.0_dp, growth_scales_forces_beside_motions), &
-      atom_t(0, is_set, 5, 5, 577, 576, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 577, 576, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 577, 576, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 577, 580, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 581, 580, 0.0_dp)]
+      atom_t(1, is_one_of, 13, 2, 577, 577, 0.0_dp), &
+      atom_t(0, is_set, 15, 2, 578, 577, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 578, 578, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 579, 579, 0.0_dp), &
+      atom_t(1, is_set, 15, 2, 580, 579, 0.0_dp), &
+      atom_t(0, is_set, 15, 4, 580, 579, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 580, 580, 0.0_dp), &
+      atom_t(0, is_set, 15, 5, 581, 580, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 581, 581, 0.0_dp), &
+      atom_t(0, is_present, 15, 0, 582, 581, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 582, 581, 0.0_dp, growth_scales_forces_beside_motions), &
+      atom_t(0, is_set, 5, 5, 582, 581, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 582, 581, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 582, 581, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 582, 585, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 586, 585, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 586, 585, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_9(*) = [ &
-      atom_t(1, is_present, 15, 0, 581, 580, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 581, 580, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 581, 580, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 581, 580, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 581, 584, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 585, 584, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 585, 584, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 585, 584, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 585, 584, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 585, 584, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 585, 585, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 586, 585, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 586, 585, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 586, 585, 0.0_dp), &
       atom_t(1, is_present, 15, 0, 586, 585, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 586, 586, 0.0_dp), &
-      atom_t(1, is_above, 13, 8, 587, 586, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 587, 587, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 588, 587, 0.0_dp), &
-      atom_t(0, is_set, 13, 5, 588, 587, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 588, 588, 0.0_dp), &
-      atom_t(0, is_set, 13, 8, 589, 588, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 589, 589, 0.0_dp), &
-      atom_t(0, is_set, 13, 9, 590, 589, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 590, 590, 0.0_dp), &
-      atom_t(0, is_set, 13, 10, 591, 590, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 591, 591, 0.0_dp), &
-      atom_t(0, is_set, 13, 11, 592, 591, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 592, 592, 0.0_dp), &
-      atom_t(0, is_set, 13, 12, 593, 592, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 586, 589, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 590, 589, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 590, 589, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 590, 589, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 590, 589, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 590, 589, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 590, 590, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 591, 590, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 591, 590, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 591, 591, 0.0_dp), &
+      atom_t(1, is_above, 13, 8, 592, 591, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 592, 592, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 593, 592, 0.0_dp), &
+      atom_t(0, is_set, 13, 5, 593, 592, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 593, 593, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 594, 593, 0.0_dp), &
+      atom_t(0, is_set, 13, 8, 594, 593, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 594, 594, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 595, 594, 0.0_dp), &
+      atom_t(0, is_set, 13, 9, 595, 594, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 595, 595, 0.0_dp), &
-      atom_t(0, is_set, 13, 28, 596, 595, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 596, 595, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 596, 596, 0.0_dp), &
-      atom_t(0, is_set, 13, 6, 597, 596, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 597, 597, 0.0_dp), &
-      atom_t(0, is_set, 13, 7, 598, 597, 0.0_dp), &
-      atom_t(1, is_above, 13, 6, 598, 597, 0.0_dp), &
-      atom_t(0, is_set, 13, 15, 598, 597, 0.0_dp), &
+      atom_t(0, is_set, 13, 11, 597, 596, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 597, 597, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 598, 597, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 598, 598, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 599, 598, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 599, 598, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 599, 599, 0.0_dp), &
-      atom_t(0, is_set, 13, 19, 600, 599, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 600, 599, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 600, 600, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 601, 600, 0.0_dp), &
+      atom_t(0, is_set, 13, 28, 601, 600, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 601, 601, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 602, 601, 0.0_dp), &
+      atom_t(0, is_set, 13, 6, 602, 601, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 602, 602, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 603, 602, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 603, 603, 0.0_dp), &
-      atom_t(0, is_set, 13, 22, 604, 603, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 604, 604, 0.0_dp), &
-      atom_t(0, is_set, 13, 23, 605, 604, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 605, 605, 0.0_dp), &
-      atom_t(0, is_set, 13, 24, 606, 605, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 606, 606, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 21, 607, 607, 0.0_dp), &
-      atom_t(1, is_above, 13, 23, 608, 607, 0.0_dp), &
-      atom_t(0, is_set, 4, 14, 608, 607, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 608, 607, 0.0_dp), &
-      atom_t(0, is_set, 13, 26, 608, 607, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 608, 608, 0.0_dp), &
-      atom_t(0, is_set, 13, 27, 609, 608, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 609, 609, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 610, 610, 0.0_dp), &
-      atom_t(1, is_set, 13, 4, 611, 610, 0.0_dp), &
-      atom_t(0, is_set, 13, 4, 611, 610, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 611, 611, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 612, 612, 0.0_dp), &
+      atom_t(0, is_set, 13, 7, 603, 602, 0.0_dp), &
+      atom_t(1, is_above, 13, 6, 603, 602, 0.0_dp), &
+      atom_t(0, is_set, 13, 15, 603, 602, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 603, 603, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 604, 603, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 604, 604, 0.0_dp), &
+      atom_t(0, is_set, 13, 19, 605, 604, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 605, 605, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 606, 605, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 606, 606, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 607, 606, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 607, 607, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 608, 607, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 608, 608, 0.0_dp), &
+      atom_t(0, is_set, 13, 22, 609, 608, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 609, 609, 0.0_dp), &
+      atom_t(0, is_set, 13, 23, 610, 609, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 610, 610, 0.0_dp), &
+      atom_t(0, is_set, 13, 24, 611, 610, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 611, 611, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 21, 612, 612, 0.0_dp), &
+      atom_t(1, is_above, 13, 23, 613, 612, 0.0_dp), &
+      atom_t(0, is_set, 4, 14, 613, 612, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 613, 612, 0.0_dp), &
+      atom_t(0, is_set, 13, 26, 613, 612, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 613, 613, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 614, 617, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 618, 618, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 619, 619, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 620, 621, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 622, 622, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 623, 623, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 624, 624, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 625, 625, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 626, 626, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 627, 627, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 628, 628, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 629, 630, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 631, 631, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 632, 631, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 632, 631, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 632, 631, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 632, 631, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 14, 1, 632, 631, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 632, 631, 0.0_dp), &
-      atom_t(1, is_above, 14, 2, 632, 631, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 632, 631, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 632, 632, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 633, 632, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 633, 632, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 14, 0, 633, 632, 0.0_dp), &
+      atom_t(0, is_set, 13, 27, 614, 613, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 614, 614, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 615, 615, 0.0_dp), &
+      atom_t(1, is_set, 13, 4, 616, 615, 0.0_dp), &
+      atom_t(0, is_set, 13, 4, 616, 615, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 616, 616, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 617, 617, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 618, 618, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 619, 622, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 623, 623, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 624, 624, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 625, 626, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 627, 627, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 628, 628, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 629, 629, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 630, 630, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 631, 631, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 632, 632, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 633, 633, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 634, 633, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 634, 633, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 634, 634, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 635, 634, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 635, 636, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 637, 637, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 634, 635, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 636, 636, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 637, 636, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 637, 636, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 14, 1, 637, 636, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
+      atom_t(1, is_above, 14, 2, 637, 636, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 637, 637, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 638, 637, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 638, 637, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 638, 637, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 638, 637, 0.0_dp, something_that_growth_scales), &
       atom_t(0, is_present, 14, 0, 638, 637, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 638, 638, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 639, 640, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 641, 640, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 641, 641, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 642, 643, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 644, 644, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 645, 644, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 645, 645, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 646, 645, 0.0_dp, tips_at_no_nodes), &
-      atom_t(1, is_one_of, 17, 1, 646, 646, 0.0_dp)]
+      atom_t(1, is_one_of, 11, 1, 638, 638, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 639, 638, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 639, 638, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 639, 639, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 640, 639, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 640, 641, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 642, 642, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 643, 642, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 643, 642, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 643, 642, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 643, 642, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 643, 643, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 644, 645, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 646, 645, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 646, 646, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 647, 648, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 649, 649, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 650, 649, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 650, 650, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 651, 650, 0.0_dp, tips_at_no_nodes), &
+      atom_t(1, is_one_of, 17, 1, 651, 651, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 652, 652, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_10(*) = [ &
-      atom_t(0, is_one_of, 17, 1, 647, 647, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 648, 647, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 648, 648, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 649, 648, 0.0_dp, a_plane), &
-      atom_t(1, is_one_of, 17, 1, 649, 649, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 650, 650, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 651, 650, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 651, 651, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 652, 652, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 653, 653, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 653, 652, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 653, 653, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 654, 653, 0.0_dp, a_plane), &
       atom_t(1, is_one_of, 17, 1, 654, 654, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 655, 655, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 656, 656, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 657, 657, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 658, 658, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 659, 659, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 660, 660, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 661, 661, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 662, 663, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 664, 664, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 665, 665, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 666, 666, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 667, 667, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 668, 668, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 669, 670, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 671, 671, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 672, 672, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 673, 672, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 673, 673, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 674, 674, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 675, 674, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 675, 675, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 676, 676, 0.0_dp), &
-      atom_t(1, is_present, 14, 0, 677, 676, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 677, 677, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 678, 678, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 679, 679, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 680, 680, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 681, 681, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 682, 681, 1.0_dp), &
+      atom_t(1, is_present, 12, 0, 656, 655, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 656, 656, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 657, 657, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 658, 658, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 659, 659, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 660, 660, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 661, 661, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 662, 662, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 663, 663, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 664, 664, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 665, 665, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 666, 666, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 667, 668, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 669, 669, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 670, 670, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 671, 671, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 672, 672, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 673, 673, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 674, 675, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 676, 676, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 677, 677, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 678, 677, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 678, 678, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 679, 679, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 680, 679, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 680, 680, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 681, 681, 0.0_dp), &
+      atom_t(1, is_present, 14, 0, 682, 681, 0.0_dp), &
       atom_t(1, is_one_of, 17, 1, 682, 682, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 683, 682, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 683, 683, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 684, 683, 1.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 684, 684, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 685, 684, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 685, 685, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 686, 685, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 683, 683, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 684, 684, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 685, 685, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 686, 686, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 687, 686, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 687, 687, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 688, 687, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 688, 688, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 689, 688, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 689, 690, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 687, 686, 1.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 687, 687, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 688, 687, 1.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 688, 688, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 689, 688, 1.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 689, 689, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 690, 689, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 690, 690, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 691, 690, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 691, 691, 0.0_dp), &
-      atom_t(0, is_set, 17, 3, 692, 691, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 692, 692, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 693, 693, 0.0_dp), &
-      atom_t(1, is_above, 17, 7, 694, 693, 0.0_dp), &
-      atom_t(0, is_set, 17, 7, 694, 693, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 694, 694, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 695, 695, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 696, 697, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 691, 691, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 692, 691, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 692, 692, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 693, 692, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 693, 693, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 694, 693, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 694, 695, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 696, 695, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 696, 696, 0.0_dp), &
+      atom_t(0, is_set, 17, 3, 697, 696, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 697, 697, 0.0_dp), &
       atom_t(0, is_one_of, 17, 6, 698, 698, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 699, 698, 0.0_dp, several_bodies), &
-      atom_t(0, is_one_of, 17, 6, 699, 699, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 700, 700, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 701, 701, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 702, 703, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 704, 704, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 705, 704, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 705, 705, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 706, 705, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 706, 706, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 707, 706, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 707, 707, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 708, 707, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 708, 708, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 709, 708, 0.0_dp), &
-      atom_t(0, is_set, 18, 3, 709, 708, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 709, 712, 0.0_dp), &
+      atom_t(1, is_above, 17, 7, 699, 698, 0.0_dp), &
+      atom_t(0, is_set, 17, 7, 699, 698, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 699, 699, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 700, 700, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 701, 703, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 704, 704, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 705, 705, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 706, 705, 0.0_dp, several_bodies), &
+      atom_t(0, is_one_of, 17, 6, 706, 706, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 707, 707, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 708, 708, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 709, 710, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 711, 711, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 712, 711, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 712, 712, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 713, 712, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 713, 713, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 714, 714, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 4, 715, 716, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 717, 716, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 717, 718, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 719, 718, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 719, 720, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 721, 720, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 18, 5, 721, 720, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 721, 721, 0.0_dp), &
-      atom_t(1, is_set, 18, 5, 722, 721, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 722, 722, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 723, 724, 0.0_dp), &
-      atom_t(0, is_set, 18, 5, 725, 724, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 725, 727, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 714, 713, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 714, 714, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 715, 714, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 715, 715, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 716, 715, 0.0_dp), &
+      atom_t(0, is_set, 18, 3, 716, 715, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 716, 719, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 720, 720, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 721, 721, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 4, 722, 723, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 724, 723, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 724, 725, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 726, 725, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 726, 727, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 728, 727, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 18, 5, 728, 727, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 728, 728, 0.0_dp), &
-      atom_t(1, is_above, 18, 7, 729, 728, 0.0_dp), &
-      atom_t(0, is_set, 18, 7, 729, 728, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 729, 729, 0.0_dp), &
-      atom_t(0, is_set, 6, 18, 730, 729, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 730, 730, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 6, 731, 731, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 732, 732, 0.0_dp)]
+      atom_t(1, is_set, 18, 5, 729, 728, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 729, 729, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 730, 731, 0.0_dp), &
+      atom_t(0, is_set, 18, 5, 732, 731, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 732, 734, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 735, 735, 0.0_dp), &
+      atom_t(1, is_above, 18, 7, 736, 735, 0.0_dp), &
+      atom_t(0, is_set, 18, 7, 736, 735, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 736, 736, 0.0_dp), &
+      atom_t(0, is_set, 6, 18, 737, 736, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 737, 737, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 6, 738, 738, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 739, 739, 0.0_dp)]
 
    type(atom_t), parameter :: atoms(*) = [atoms_1, atoms_2, atoms_3, atoms_4, atoms_5, atoms_6, atoms_7, atoms_8, atoms_9, &
       atoms_10]
@@ -1394,794 +1395,795 @@ module hampm_rule_table
          'that of a solid fixes two components, and turns around the third direction', '', 65, 1, 1, 0), &
       rule_t('&crack kind = ''line'' | ''path''', not_with, 'a solid', not_built, 'cracks of solids are in planes of the grid', &
          '&crack kind = ''plane''', 67, 1, 1, 1), &
-      rule_t('&crack kind = ''plane''', requires, 'a solid', mechanics, 'in a plane a crack is a line', &
-         '&crack kind = ''line''', 70, 1, 1, 1), &
-      rule_t('&crack normal', requires, 'a solid', mechanics, 'in a plane a crack is a line', '', 73, 1, 1, 0), &
-      rule_t('&crack front /= ''straight''', requires, 'a solid', mechanics, 'in a plane a crack is a line', '', 75, 1, 1, 0), &
-      rule_t('&crack center', requires, 'a solid', mechanics, 'in a plane a crack is a line', '', 77, 1, 1, 0), &
-      rule_t('&crack radii', requires, 'a solid', mechanics, 'in a plane a crack is a line', '', 79, 1, 1, 0), &
+      rule_t('&crack front = ''ellipse'' | ''polygon''', requires, 'a solid', mechanics, &
+         'in the plane a crack has one tip or two', '&crack front = ''disc''', 70, 1, 1, 1), &
+      rule_t('&crack normal', requires, 'a solid or &crack kind = ''plane''', mechanics, 'direction gives it, or points', '', &
+         73, 1, 2, 0), &
+      rule_t('&crack front = ''disc''', requires, 'a solid or &crack kind = ''plane''', by_meaning, &
+         'others have a tip or points', '', 76, 1, 2, 0), &
       rule_t('&crack and &method frame = ''updated''', not_with, 'a solid', not_built, &
-         'planes of cracks stay where they are in the grid', '&method frame = ''total''', 81, 2, 1, 1), &
-      rule_t('&cohesive', not_with, 'a solid', not_built, 'cohesion is along lines', '', 85, 1, 1, 0), &
+         'planes of cracks stay where they are in the grid', '&method frame = ''total''', 79, 2, 1, 1), &
+      rule_t('&cohesive', not_with, 'a solid', not_built, 'cohesion is along lines', '', 83, 1, 1, 0), &
       rule_t('&crack contact = ''frictionless'' and &growth law = {growth laws in motion}', not_with, 'a solid', not_built, &
-         'fronts move between free faces', '&crack contact = ''none''', 87, 2, 1, 1), &
+         'fronts move between free faces', '&crack contact = ''none''', 85, 2, 1, 1), &
       rule_t('&crack contact = ''friction'' and &growth', not_with, 'a solid', not_built, &
-         'what faces have slid is not kept where fronts grow', '&crack contact = ''none''', 91, 2, 1, 1), &
+         'what faces have slid is not kept where fronts grow', '&crack contact = ''none''', 89, 2, 1, 1), &
       rule_t('&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy'' | ''path''', not_with, 'a solid', &
-         mechanics, 'cracks stay in their planes', '&growth direction = ''straight''', 95, 1, 1, 1), &
+         mechanics, 'cracks stay in their planes', '&growth direction = ''straight''', 93, 1, 1, 1), &
       rule_t('&growth law = {growth laws in motion} and &growth mixed_mode = ''hutchinson_suo'' | '//'''benzeggagh_kenane''', &
-         not_with, 'a solid', not_built, 'of fronts in motion it is not', '&growth mixed_mode = ''none''', 98, 2, 1, 1), &
+         not_with, 'a solid', not_built, 'of fronts in motion it is not', '&growth mixed_mode = ''none''', 96, 2, 1, 1), &
       rule_t('&growth law = {growth laws in motion} and &growth extensions', not_with, 'a solid', not_built, &
-         'of fronts in motion it is not', '', 102, 2, 1, 0)]
+         'of fronts in motion it is not', '', 100, 2, 1, 0), &
+      rule_t('&growth law = {growth laws in motion} and &growth angles', not_with, 'a solid', not_built, &
+         'of fronts in motion it is not', '', 103, 2, 1, 0), &
+      rule_t('&growth max_length', not_with, 'a solid', mechanics, 'a crack in a plane has an area', '', 106, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_2(*) = [ &
-      rule_t('&growth law = {growth laws in motion} and &growth angles', not_with, 'a solid', not_built, &
-         'of fronts in motion it is not', '', 105, 2, 1, 0), &
-      rule_t('&growth max_length', not_with, 'a solid', mechanics, 'a crack in a plane has an area', '', 108, 1, 1, 0), &
       rule_t('&growth tips = ''largest'' | ''last'' | ''first''', not_with, 'a solid', mechanics, 'a front has no tips', &
-         '&growth tips = ''all''', 110, 1, 1, 1), &
+         '&growth tips = ''all''', 108, 1, 1, 1), &
       rule_t('&energy_release estimators = ''material_force'' | ''stress_closure''', not_with, 'a solid', not_built, '', &
-         '''domain_integral'' or ''vcct''', 113, 1, 1, 1), &
-      rule_t('&energy_release t_stress = .true.', not_with, 'a solid', not_built, 'along fronts G and K are found', '', 116, 1, &
+         '''domain_integral'' or ''vcct''', 111, 1, 1, 1), &
+      rule_t('&energy_release t_stress = .true.', not_with, 'a solid', not_built, 'along fronts G and K are found', '', 114, 1, &
          1, 0), &
       rule_t('&energy_release phase_length', not_with, 'a solid', not_built, 'K along fronts are those of one material', '', &
-         118, 1, 1, 0), &
+         116, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, 'a solid', mechanics, 'the closed form is for a plane', &
-         '&energy_release reference = ''value''', 120, 1, 1, 1), &
-      rule_t('&nucleation', not_with, 'a solid', not_built, 'a crack is a line in a plane', '', 123, 1, 1, 0), &
+         '&energy_release reference = ''value''', 118, 1, 1, 1), &
+      rule_t('&nucleation', not_with, 'a solid', not_built, 'a crack is a line in a plane', '', 121, 1, 1, 0), &
       rule_t('&method shape_functions = ''cpdi''', not_with, 'a solid', not_built, '', '&method shape_functions = ''linear''', &
-         125, 1, 1, 1), &
-      rule_t('&method time_steps = ''local''', not_with, 'a solid', not_built, '', '&method time_steps = ''global''', 128, 1, 1, &
+         123, 1, 1, 1), &
+      rule_t('&method time_steps = ''local''', not_with, 'a solid', not_built, '', '&method time_steps = ''global''', 126, 1, 1, &
          1), &
       rule_t('&grid order = 2', not_with, &
          '&method time = ''explicit'' | ''implicit'' and &growth law = {growth laws in motion}', not_built, &
-         'growth through quadratic cells is static only', '&grid order = 1', 131, 1, 2, 1), &
+         'growth through quadratic cells is static only', '&grid order = 1', 129, 1, 2, 1), &
       rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &growth', not_built, &
-         'cohesive points ahead of the tip join nodes of bilinear cells', '&grid order = 1', 135, 1, 2, 1), &
-      rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &cohesive', not_built, '', '&grid order = 1', 139, 1, &
+         'cohesive points ahead of the tip join nodes of bilinear cells', '&grid order = 1', 133, 1, 2, 1), &
+      rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &cohesive', not_built, '', '&grid order = 1', 137, 1, &
          2, 1), &
-      rule_t('&material law /= ''orthotropic''', requires, '&material young', by_meaning, '', '', 143, 1, 1, 0), &
-      rule_t('&material yield_stress', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 145, 1, 1, 0), &
-      rule_t('&material hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 147, 1, 1, 0), &
-      rule_t('&material saturation', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 149, 1, 1, 0), &
-      rule_t('&material saturation_strain', requires, '&material saturation', by_meaning, '', '', 151, 1, 1, 0), &
-      rule_t('&material kinematic_hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 153, 1, 1, 0), &
-      rule_t('&material c01', requires, '&material law = ''mooney_rivlin''', by_meaning, '', '', 155, 1, 1, 0), &
-      rule_t('&material moduli', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 157, 1, 1, 0), &
-      rule_t('&material relaxation_times', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 159, 1, 1, 0), &
-      rule_t('&material young_1', requires, '&material law = ''orthotropic''', by_meaning, '', '', 161, 1, 1, 0), &
-      rule_t('&material young_2', requires, '&material law = ''orthotropic''', by_meaning, '', '', 163, 1, 1, 0), &
-      rule_t('&material young_3', requires, '&material law = ''orthotropic''', by_meaning, '', '', 165, 1, 1, 0), &
-      rule_t('&material shear_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 167, 1, 1, 0), &
-      rule_t('&material shear_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 169, 1, 1, 0), &
-      rule_t('&material shear_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 171, 1, 1, 0), &
-      rule_t('&material poisson_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 173, 1, 1, 0), &
-      rule_t('&material poisson_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 175, 1, 1, 0), &
-      rule_t('&material poisson_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 177, 1, 1, 0), &
-      rule_t('&material angle', requires, '&material law = ''orthotropic''', by_meaning, '', '', 179, 1, 1, 0), &
+      rule_t('&material law /= ''orthotropic''', requires, '&material young', by_meaning, '', '', 141, 1, 1, 0), &
+      rule_t('&material yield_stress', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 143, 1, 1, 0), &
+      rule_t('&material hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 145, 1, 1, 0), &
+      rule_t('&material saturation', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 147, 1, 1, 0), &
+      rule_t('&material saturation_strain', requires, '&material saturation', by_meaning, '', '', 149, 1, 1, 0), &
+      rule_t('&material kinematic_hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 151, 1, 1, 0), &
+      rule_t('&material c01', requires, '&material law = ''mooney_rivlin''', by_meaning, '', '', 153, 1, 1, 0), &
+      rule_t('&material moduli', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 155, 1, 1, 0), &
+      rule_t('&material relaxation_times', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 157, 1, 1, 0), &
+      rule_t('&material young_1', requires, '&material law = ''orthotropic''', by_meaning, '', '', 159, 1, 1, 0), &
+      rule_t('&material young_2', requires, '&material law = ''orthotropic''', by_meaning, '', '', 161, 1, 1, 0), &
+      rule_t('&material young_3', requires, '&material law = ''orthotropic''', by_meaning, '', '', 163, 1, 1, 0), &
+      rule_t('&material shear_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 165, 1, 1, 0), &
+      rule_t('&material shear_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 167, 1, 1, 0), &
+      rule_t('&material shear_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 169, 1, 1, 0), &
+      rule_t('&material poisson_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 171, 1, 1, 0), &
+      rule_t('&material poisson_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 173, 1, 1, 0), &
+      rule_t('&material poisson_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 175, 1, 1, 0), &
+      rule_t('&material angle', requires, '&material law = ''orthotropic''', by_meaning, '', '', 177, 1, 1, 0), &
       rule_t('&material law = ''orthotropic''', requires, &
-         '&material young_1 and &material young_2 and &material shear_12 and &material poisson_12', by_meaning, '', '', 181, 1, &
+         '&material young_1 and &material young_2 and &material shear_12 and &material poisson_12', by_meaning, '', '', 179, 1, &
          4, 0), &
       rule_t('&material law = ''orthotropic'' and &run plane = ''strain'' | ''axisymmetric''', requires, &
          '&material young_3 and &material poisson_13 and &material poisson_23', mechanics, &
-         'strain across the plane is constrained', '', 186, 2, 3, 0), &
-      rule_t('&material young', not_with, '&material law = ''orthotropic''', by_meaning, '', 'young_1 and young_2', 191, 1, 1, &
+         'strain across the plane is constrained', '', 184, 2, 3, 0), &
+      rule_t('&material young', not_with, '&material law = ''orthotropic''', by_meaning, '', 'young_1 and young_2', 189, 1, 1, &
          0), &
-      rule_t('&material poisson', not_with, '&material law = ''orthotropic''', by_meaning, '', 'poisson_12', 193, 1, 1, 0), &
+      rule_t('&material poisson', not_with, '&material law = ''orthotropic''', by_meaning, '', 'poisson_12', 191, 1, 1, 0), &
       rule_t('&material young_3', no_effect_with, '&run plane = ''stress'' and a plane', mechanics, 'the thickness is free', '', &
-         195, 1, 2, 0), &
+         193, 1, 2, 0), &
       rule_t('&material poisson_13', no_effect_with, '&run plane = ''stress'' and a plane', mechanics, 'the thickness is free', &
-         '', 198, 1, 2, 0), &
+         '', 196, 1, 2, 0), &
       rule_t('&material poisson_23', no_effect_with, '&run plane = ''stress'' and a plane', mechanics, 'the thickness is free', &
-         '', 201, 1, 2, 0), &
-      rule_t('&material law = ''j2_plastic''', requires, '&material yield_stress > 0', by_meaning, '', '', 204, 1, 1, 0)]
+         '', 199, 1, 2, 0), &
+      rule_t('&material law = ''j2_plastic''', requires, '&material yield_stress > 0', by_meaning, '', '', 202, 1, 1, 0), &
+      rule_t('&material saturation', requires, '&material saturation_strain', by_meaning, '', '', 204, 1, 1, 0), &
+      rule_t('&material law = ''mooney_rivlin''', requires, '&material c01', by_meaning, '', '', 206, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_3(*) = [ &
-      rule_t('&material saturation', requires, '&material saturation_strain', by_meaning, '', '', 206, 1, 1, 0), &
-      rule_t('&material law = ''mooney_rivlin''', requires, '&material c01', by_meaning, '', '', 208, 1, 1, 0), &
       rule_t('&material law = ''viscoelastic''', requires, '&material moduli and &material relaxation_times', by_meaning, '', &
-         '', 210, 1, 2, 0), &
+         '', 208, 1, 2, 0), &
       rule_t('&material volumetric = ''b_bar''', not_with, &
          '&method time = ''static'' | ''implicit'' and &material law = {laws of any strain}', not_built, &
-         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 213, 1, 2, 1), &
+         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 211, 1, 2, 1), &
       rule_t('&material volumetric = ''b_bar''', not_with, '&method shape_functions = ''cpdi''', mechanics, &
-         'a domain has one dilatation', '&material volumetric = ''standard''', 217, 1, 1, 1), &
+         'a domain has one dilatation', '&material volumetric = ''standard''', 215, 1, 1, 1), &
       rule_t('&material volumetric = ''b_bar''', no_effect_with, '&grid order = 2', mechanics, 'quadratic cells do not lock', &
-         '', 220, 1, 1, 0), &
+         '', 218, 1, 1, 0), &
       rule_t('&material volumetric = ''standard''', warned_with, &
          '&material poisson > 0.4899 and &run plane /= ''stress'' and &grid order = 1', mechanics, &
-         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 222, &
+         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 220, &
          1, 3, 1), &
       rule_t('&material volumetric = ''standard''', warned_with, '&material poisson > 0.4899 and a solid', mechanics, &
-         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 227, &
+         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 225, &
          1, 2, 1), &
       rule_t('&material volumetric = ''standard''', warned_with, &
          '&material law = ''j2_plastic'' and &run plane /= ''stress'' and &grid order = 1', mechanics, &
          'yielding cells lock: they are too stiff, and loads rise beyond the limit load', '&material volumetric = ''b_bar''', &
-         231, 1, 3, 1), &
+         229, 1, 3, 1), &
       rule_t('&material volumetric = ''standard''', warned_with, '&material law = ''j2_plastic'' and a solid', mechanics, &
          'yielding cells lock: they are too stiff, and loads rise beyond the limit load', '&material volumetric = ''b_bar''', &
-         236, 1, 2, 1), &
+         234, 1, 2, 1), &
       rule_t('&material law = {laws with a history}', not_with, '&growth law = {growth laws at rest}', mechanics, &
-         'J is not the energy release rate where material around a growing tip dissipates energy', '', 240, 1, 1, 0), &
+         'J is not the energy release rate where material around a growing tip dissipates energy', '', 238, 1, 1, 0), &
       rule_t('&material law = {laws with a history}', not_with, &
          '&growth law = {growth laws in motion by toughness} and &method time = ''implicit''', mechanics, &
-         'J is not the energy release rate where material around a growing tip dissipates energy', '', 242, 1, 2, 0), &
+         'J is not the energy release rate where material around a growing tip dissipates energy', '', 240, 1, 2, 0), &
       rule_t('&material law = {laws with a history}', not_with, &
          '&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy''', mechanics, &
-         'the direction needs stress intensity factors, which the law does not have', '&growth direction = ''straight''', 245, &
+         'the direction needs stress intensity factors, which the law does not have', '&growth direction = ''straight''', 243, &
          1, 1, 1), &
       rule_t('&material law = {laws with a history}', not_with, &
          '&growth mixed_mode = ''hutchinson_suo'' | ''benzeggagh_kenane''', mechanics, 'the law has no shares of modes', &
-         '&growth mixed_mode = ''none''', 248, 1, 1, 1), &
+         '&growth mixed_mode = ''none''', 246, 1, 1, 1), &
       rule_t('&material law = ''orthotropic''', not_with, '&growth law = {growth laws in motion}', not_built, &
-         'K and the limiting speed of a moving tip are known for isotropic material only', '', 251, 1, 1, 0), &
+         'K and the limiting speed of a moving tip are known for isotropic material only', '', 249, 1, 1, 0), &
       rule_t('&material law = ''orthotropic''', not_with, &
          '&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy''', not_built, &
          'the stress intensity factors of short kinks are known for isotropic material only', &
-         '&growth direction = ''straight''', 253, 1, 1, 1), &
-      rule_t('&material', no_effect_without, 'a body of it', by_meaning, '', '', 256, 1, 1, 0), &
-      rule_t('&body', requires, '&body material or &body hole = .true.', by_meaning, '', '', 258, 1, 2, 0), &
-      rule_t('&body material', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 261, 1, 1, 0), &
-      rule_t('&body velocity', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 263, 1, 1, 0), &
-      rule_t('&body spin', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 265, 1, 1, 0), &
-      rule_t('&body eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 267, 1, 1, 0), &
-      rule_t('&body contact_group', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 269, 1, 1, 0), &
-      rule_t('&body toughness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 271, 1, 1, 0), &
-      rule_t('&body profile_at', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 273, 1, 1, 0), &
-      rule_t('&body profile_direction', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 275, 1, 1, 0), &
-      rule_t('&body profile_stiffness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 277, 1, 1, 0), &
-      rule_t('&body profile_density', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 279, 1, 1, 0), &
-      rule_t('&body profile_eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 281, 1, 1, 0), &
-      rule_t('&body points_per_cell', no_effect_with, '&body hole = .true.', by_meaning, '', '', 283, 1, 1, 0), &
-      rule_t('&body shape = ''rectangle''', requires, '&body lower and &body upper', by_meaning, '', '', 285, 1, 2, 0), &
-      rule_t('&body shape = ''polygon''', requires, '&body points', by_meaning, '', '', 288, 1, 1, 0), &
-      rule_t('&body shape = ''circle''', requires, '&body center and &body radius > 0', by_meaning, '', '', 290, 1, 2, 0), &
+         '&growth direction = ''straight''', 251, 1, 1, 1), &
+      rule_t('&material', no_effect_without, 'a body of it', by_meaning, '', '', 254, 1, 1, 0), &
+      rule_t('&body', requires, '&body material or &body hole = .true.', by_meaning, '', '', 256, 1, 2, 0), &
+      rule_t('&body material', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 259, 1, 1, 0), &
+      rule_t('&body velocity', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 261, 1, 1, 0), &
+      rule_t('&body spin', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 263, 1, 1, 0), &
+      rule_t('&body eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 265, 1, 1, 0), &
+      rule_t('&body contact_group', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 267, 1, 1, 0), &
+      rule_t('&body toughness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 269, 1, 1, 0), &
+      rule_t('&body profile_at', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 271, 1, 1, 0), &
+      rule_t('&body profile_direction', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 273, 1, 1, 0), &
+      rule_t('&body profile_stiffness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 275, 1, 1, 0), &
+      rule_t('&body profile_density', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 277, 1, 1, 0), &
+      rule_t('&body profile_eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 279, 1, 1, 0), &
+      rule_t('&body points_per_cell', no_effect_with, '&body hole = .true.', by_meaning, '', '', 281, 1, 1, 0), &
+      rule_t('&body shape = ''rectangle''', requires, '&body lower and &body upper', by_meaning, '', '', 283, 1, 2, 0), &
+      rule_t('&body shape = ''polygon''', requires, '&body points', by_meaning, '', '', 286, 1, 1, 0), &
+      rule_t('&body shape = ''circle''', requires, '&body center and &body radius > 0', by_meaning, '', '', 288, 1, 2, 0), &
       rule_t('&body shape = ''cylinder'' | ''sphere''', requires, 'a solid', mechanics, 'they are no shapes of a plane', &
-         '&body shape = ''circle''', 293, 1, 1, 1), &
+         '&body shape = ''circle''', 291, 1, 1, 1), &
       rule_t('&body shape = ''cylinder''', requires, '&body lower and &body upper and &body radius > 0', by_meaning, '', '', &
-         296, 1, 3, 0), &
-      rule_t('&body shape = ''sphere''', requires, '&body center and &body radius > 0', by_meaning, '', '', 300, 1, 2, 0), &
-      rule_t('&body lower', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 303, 1, &
+         294, 1, 3, 0), &
+      rule_t('&body shape = ''sphere''', requires, '&body center and &body radius > 0', by_meaning, '', '', 298, 1, 2, 0), &
+      rule_t('&body lower', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 301, 1, &
          2, 0), &
-      rule_t('&body upper', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 306, 1, &
+      rule_t('&body upper', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 304, 1, &
          2, 0), &
-      rule_t('&body points', requires, '&body shape = ''polygon''', by_meaning, '', '', 309, 1, 1, 0), &
-      rule_t('&body center', requires, '&body shape = ''circle'' or &body shape = ''sphere''', by_meaning, '', '', 311, 1, 2, &
-         0)]
+      rule_t('&body points', requires, '&body shape = ''polygon''', by_meaning, '', '', 307, 1, 1, 0), &
+      rule_t('&body center', requires, '&body shape = ''circle'' or &body shape = ''sphere''', by_meaning, '', '', 309, 1, 2, &
+         0), &
+      rule_t('&body radius', requires, '&body shape = ''circle'' or &body shape = ''cylinder'' or &body shape = ''sphere''', &
+         by_meaning, '', '', 312, 1, 3, 0), &
+      rule_t('&body contact_group', requires, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', by_meaning, &
+         'contact groups have an effect in contact only', '', 316, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_4(*) = [ &
-      rule_t('&body radius', requires, '&body shape = ''circle'' or &body shape = ''cylinder'' or &body shape = ''sphere''', &
-         by_meaning, '', '', 314, 1, 3, 0), &
-      rule_t('&body contact_group', requires, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', by_meaning, &
-         'contact groups have an effect in contact only', '', 318, 1, 1, 0), &
       rule_t('&body contact_group', no_effect_without, 'another body of that group', mechanics, &
-         'a body without this key is a contact group by itself', '', 320, 1, 1, 0), &
+         'a body without this key is a contact group by itself', '', 318, 1, 1, 0), &
       rule_t('&body points_per_cell < 3', not_with, '&grid order = 2', mechanics, &
-         'fewer than 3 leave hourglass motions of the nodes without strain of a particle', '&body points_per_cell = 3', 322, 1, &
+         'fewer than 3 leave hourglass motions of the nodes without strain of a particle', '&body points_per_cell = 3', 320, 1, &
          1, 1), &
-      rule_t('&body velocity', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 325, 1, &
+      rule_t('&body velocity', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 323, 1, &
          1, 0), &
-      rule_t('&body spin', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 327, 1, 1, &
+      rule_t('&body spin', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 325, 1, 1, &
          0), &
       rule_t('&body spin', not_with, '&method start = ''static''', mechanics, &
-         'a body that rotates is not in static equilibrium', '', 329, 1, 1, 0), &
+         'a body that rotates is not in static equilibrium', '', 327, 1, 1, 0), &
       rule_t('&body eigenstrain and a shear of the eigenstrain', not_with, '&crack kind = ''symmetry''', mechanics, &
-         'the other half would have the opposite shear, the third value', '', 331, 2, 1, 0), &
+         'the other half would have the opposite shear, the third value', '', 329, 2, 1, 0), &
       rule_t('&body eigenstrain', not_with, '&energy_release reference = ''dcb''', mechanics, 'the closed form is for forces', &
-         '', 334, 1, 1, 0), &
-      rule_t('&body held = .false.', requires, '&body eigenstrain', by_meaning, 'growth scales the eigenstrain', '', 336, 1, 1, &
+         '', 332, 1, 1, 0), &
+      rule_t('&body held = .false.', requires, '&body eigenstrain', by_meaning, 'growth scales the eigenstrain', '', 334, 1, 1, &
          0), &
       rule_t('&body held = .false.', no_effect_without, '&growth law = {growth laws at rest}', mechanics, &
-         'only growth at rest scales what acts', '', 338, 1, 1, 0), &
-      rule_t('&body held = .false.', not_with, '&control', not_built, 'a load frame has a force and a displacement', '', 340, 1, &
+         'only growth at rest scales what acts', '', 336, 1, 1, 0), &
+      rule_t('&body held = .false.', not_with, '&control', not_built, 'a load frame has a force and a displacement', '', 338, 1, &
          1, 0), &
-      rule_t('&body profile_stiffness', requires, '&body profile_at', by_meaning, '', '', 342, 1, 1, 0), &
-      rule_t('&body profile_density', requires, '&body profile_at', by_meaning, '', '', 344, 1, 1, 0), &
-      rule_t('&body profile_eigenstrain', requires, '&body profile_at', by_meaning, '', '', 346, 1, 1, 0), &
+      rule_t('&body profile_stiffness', requires, '&body profile_at', by_meaning, '', '', 340, 1, 1, 0), &
+      rule_t('&body profile_density', requires, '&body profile_at', by_meaning, '', '', 342, 1, 1, 0), &
+      rule_t('&body profile_eigenstrain', requires, '&body profile_at', by_meaning, '', '', 344, 1, 1, 0), &
       rule_t('&body profile_at', requires, '&body profile_stiffness or &body profile_density or &body profile_eigenstrain', &
-         by_meaning, '', '', 348, 1, 3, 0), &
-      rule_t('&body profile_direction', no_effect_without, '&body profile_at', by_meaning, '', '', 352, 1, 1, 0), &
-      rule_t('&body profile_eigenstrain', requires, '&body eigenstrain', by_meaning, '', '', 354, 1, 1, 0), &
+         by_meaning, '', '', 346, 1, 3, 0), &
+      rule_t('&body profile_direction', no_effect_without, '&body profile_at', by_meaning, '', '', 350, 1, 1, 0), &
+      rule_t('&body profile_eigenstrain', requires, '&body eigenstrain', by_meaning, '', '', 352, 1, 1, 0), &
       rule_t('&body profile_eigenstrain', not_with, '&material law = {laws of any strain}', not_built, &
-         'J does not know how such an eigenstrain changes', '', 356, 1, 1, 0), &
+         'J does not know how such an eigenstrain changes', '', 354, 1, 1, 0), &
       rule_t('&body profile_eigenstrain', not_with, '&run plane = ''axisymmetric''', not_built, &
-         'J does not know how an eigenstrain around the axis changes', '', 358, 1, 1, 0), &
+         'J does not know how an eigenstrain around the axis changes', '', 356, 1, 1, 0), &
       rule_t('&body profile_at', not_with, '&energy_release phase_length', not_built, &
-         'the fields that the integral is with are those of uniform materials', '', 360, 1, 1, 0), &
+         'the fields that the integral is with are those of uniform materials', '', 358, 1, 1, 0), &
       rule_t('&body profile_at', not_with, '&energy_release reference = ''dcb''', mechanics, &
-         'the closed form is of uniform material', '', 362, 1, 1, 0), &
+         'the closed form is of uniform material', '', 360, 1, 1, 0), &
       rule_t('&body profile_eigenstrain', not_with, '&body held = .false.', not_built, &
-         'a load factor does not reach how an eigenstrain changes', '&body held = .true.', 364, 1, 1, 1), &
+         'a load factor does not reach how an eigenstrain changes', '&body held = .true.', 362, 1, 1, 1), &
       rule_t('&body eigenstrain and a fourth value of the eigenstrain', warned_with, '&run plane = ''stress'' and a plane', &
-         mechanics, 'the fourth value has no effect, as the thickness is free', '', 367, 2, 2, 0), &
-      rule_t('&constraint rise_time', requires, '&constraint history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 371, 1, &
+         mechanics, 'the fourth value has no effect, as the thickness is free', '', 365, 2, 2, 0), &
+      rule_t('&constraint rise_time', requires, '&constraint history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 369, 1, &
          1, 0), &
-      rule_t('&constraint frequency', requires, '&constraint history = ''sine''', by_meaning, '', '', 373, 1, 1, 0), &
-      rule_t('&constraint times', requires, '&constraint history = ''table''', by_meaning, '', '', 375, 1, 1, 0), &
-      rule_t('&constraint factors', requires, '&constraint history = ''table''', by_meaning, '', '', 377, 1, 1, 0), &
-      rule_t('&constraint history = ''ramp'' | ''smooth_ramp''', requires, '&constraint rise_time > 0', by_meaning, '', '', 379, &
+      rule_t('&constraint frequency', requires, '&constraint history = ''sine''', by_meaning, '', '', 371, 1, 1, 0), &
+      rule_t('&constraint times', requires, '&constraint history = ''table''', by_meaning, '', '', 373, 1, 1, 0), &
+      rule_t('&constraint factors', requires, '&constraint history = ''table''', by_meaning, '', '', 375, 1, 1, 0), &
+      rule_t('&constraint history = ''ramp'' | ''smooth_ramp''', requires, '&constraint rise_time > 0', by_meaning, '', '', 377, &
          1, 1, 0), &
-      rule_t('&constraint history = ''sine''', requires, '&constraint frequency > 0', by_meaning, '', '', 381, 1, 1, 0), &
-      rule_t('&constraint history = ''table''', requires, '&constraint times and &constraint factors', by_meaning, '', '', 383, &
+      rule_t('&constraint history = ''sine''', requires, '&constraint frequency > 0', by_meaning, '', '', 379, 1, 1, 0), &
+      rule_t('&constraint history = ''table''', requires, '&constraint times and &constraint factors', by_meaning, '', '', 381, &
          1, 2, 0), &
-      rule_t('&load rise_time', requires, '&load history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 386, 1, 1, 0), &
-      rule_t('&load frequency', requires, '&load history = ''sine''', by_meaning, '', '', 388, 1, 1, 0), &
-      rule_t('&load times', requires, '&load history = ''table''', by_meaning, '', '', 390, 1, 1, 0), &
-      rule_t('&load factors', requires, '&load history = ''table''', by_meaning, '', '', 392, 1, 1, 0), &
-      rule_t('&load history = ''ramp'' | ''smooth_ramp''', requires, '&load rise_time > 0', by_meaning, '', '', 394, 1, 1, 0), &
-      rule_t('&load history = ''sine''', requires, '&load frequency > 0', by_meaning, '', '', 396, 1, 1, 0), &
-      rule_t('&load history = ''table''', requires, '&load times and &load factors', by_meaning, '', '', 398, 1, 2, 0), &
-      rule_t('&control rise_time', requires, '&control history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 401, 1, 1, 0), &
-      rule_t('&control frequency', requires, '&control history = ''sine''', by_meaning, '', '', 403, 1, 1, 0)]
+      rule_t('&load rise_time', requires, '&load history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 384, 1, 1, 0), &
+      rule_t('&load frequency', requires, '&load history = ''sine''', by_meaning, '', '', 386, 1, 1, 0), &
+      rule_t('&load times', requires, '&load history = ''table''', by_meaning, '', '', 388, 1, 1, 0), &
+      rule_t('&load factors', requires, '&load history = ''table''', by_meaning, '', '', 390, 1, 1, 0), &
+      rule_t('&load history = ''ramp'' | ''smooth_ramp''', requires, '&load rise_time > 0', by_meaning, '', '', 392, 1, 1, 0), &
+      rule_t('&load history = ''sine''', requires, '&load frequency > 0', by_meaning, '', '', 394, 1, 1, 0), &
+      rule_t('&load history = ''table''', requires, '&load times and &load factors', by_meaning, '', '', 396, 1, 2, 0), &
+      rule_t('&control rise_time', requires, '&control history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 399, 1, 1, 0), &
+      rule_t('&control frequency', requires, '&control history = ''sine''', by_meaning, '', '', 401, 1, 1, 0), &
+      rule_t('&control times', requires, '&control history = ''table''', by_meaning, '', '', 403, 1, 1, 0), &
+      rule_t('&control factors', requires, '&control history = ''table''', by_meaning, '', '', 405, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_5(*) = [ &
-      rule_t('&control times', requires, '&control history = ''table''', by_meaning, '', '', 405, 1, 1, 0), &
-      rule_t('&control factors', requires, '&control history = ''table''', by_meaning, '', '', 407, 1, 1, 0), &
-      rule_t('&control history = ''ramp'' | ''smooth_ramp''', requires, '&control rise_time > 0', by_meaning, '', '', 409, 1, 1, &
+      rule_t('&control history = ''ramp'' | ''smooth_ramp''', requires, '&control rise_time > 0', by_meaning, '', '', 407, 1, 1, &
          0), &
-      rule_t('&control history = ''sine''', requires, '&control frequency > 0', by_meaning, '', '', 411, 1, 1, 0), &
-      rule_t('&control history = ''table''', requires, '&control times and &control factors', by_meaning, '', '', 413, 1, 2, 0), &
+      rule_t('&control history = ''sine''', requires, '&control frequency > 0', by_meaning, '', '', 409, 1, 1, 0), &
+      rule_t('&control history = ''table''', requires, '&control times and &control factors', by_meaning, '', '', 411, 1, 2, 0), &
       rule_t('&constraint history', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
-         'the factor applies to a prescribed motion, and none is given', '', 416, 1, 2, 0), &
+         'the factor applies to a prescribed motion, and none is given', '', 414, 1, 2, 0), &
       rule_t('&constraint start', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
-         'the factor applies to a prescribed motion, and none is given', '', 419, 1, 2, 0), &
+         'the factor applies to a prescribed motion, and none is given', '', 417, 1, 2, 0), &
       rule_t('&constraint held', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
-         'the factor applies to a prescribed motion, and none is given', '', 422, 1, 2, 0), &
+         'the factor applies to a prescribed motion, and none is given', '', 420, 1, 2, 0), &
       rule_t('&constraint displacement and &constraint history = ''step''', not_with, &
          '&method time = ''explicit'' | ''implicit'' and &method start = ''undeformed''', mechanics, &
-         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 425, 2, 2, 0), &
+         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 423, 2, 2, 0), &
       rule_t('&constraint displacement and &constraint history = ''step'' and &constraint start > 0', not_with, &
          '&method time = ''explicit'' | ''implicit'' and &method start = ''static''', mechanics, 'prescribed nodes would jump', &
-         'history = ''smooth_ramp'', or a velocity', 429, 3, 2, 0), &
+         'history = ''smooth_ramp'', or a velocity', 427, 3, 2, 0), &
       rule_t('&constraint displacement', not_with, '&method time = ''explicit'' and &method time_steps = ''local''', not_built, &
-         '', '&method time_steps = ''global''', 434, 1, 2, 1), &
+         '', '&method time_steps = ''global''', 432, 1, 2, 1), &
       rule_t('&constraint velocity', not_with, '&method time = ''explicit'' and &method time_steps = ''local''', not_built, '', &
-         '&method time_steps = ''global''', 438, 1, 2, 1), &
+         '&method time_steps = ''global''', 436, 1, 2, 1), &
       rule_t('&constraint turns', not_with, '&method time = ''explicit'' and &method time_steps = ''local''', not_built, '', &
-         '&method time_steps = ''global''', 442, 1, 2, 1), &
+         '&method time_steps = ''global''', 440, 1, 2, 1), &
       rule_t('&constraint unilateral = .true.', not_with, '&method time = ''explicit''', not_built, &
-         'faces with contact separate and touch again in explicit steps', '&method time = ''implicit''', 446, 1, 1, 1), &
+         'faces with contact separate and touch again in explicit steps', '&method time = ''implicit''', 444, 1, 1, 1), &
       rule_t('&constraint turns = .true.', not_with, '&constraint unilateral = .true.', not_built, &
-         'nodes of a support part one by one, and no rigid body does', '&constraint unilateral = .false.', 449, 1, 1, 1), &
+         'nodes of a support part one by one, and no rigid body does', '&constraint unilateral = .false.', 447, 1, 1, 1), &
       rule_t('&constraint turns = .true.', not_with, '&run plane = ''axisymmetric''', mechanics, &
-         'a ring does not turn in the plane of its section without strain', '', 452, 1, 1, 0), &
+         'a ring does not turn in the plane of its section without strain', '', 450, 1, 1, 0), &
       rule_t('&constraint turns = .true.', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'an impulse between bodies at its nodes would not turn it', '', 454, 1, 1, 0), &
+         'an impulse between bodies at its nodes would not turn it', '', 452, 1, 1, 0), &
       rule_t('&constraint turns = .true.', not_with, '&load kind = ''absorbing''', not_built, &
-         'a dashpot at its nodes would not turn it', '', 456, 1, 1, 0), &
+         'a dashpot at its nodes would not turn it', '', 454, 1, 1, 0), &
       rule_t('&load kind = ''point'' | ''body''', requires, '&load lower and &load upper and &load force', by_meaning, '', '', &
-         458, 1, 3, 0), &
-      rule_t('&load kind = ''traction''', requires, '&load force', by_meaning, '', '', 462, 1, 1, 0), &
-      rule_t('&load kind = ''pressure''', requires, '&load pressure', by_meaning, '', '', 464, 1, 1, 0), &
+         456, 1, 3, 0), &
+      rule_t('&load kind = ''traction''', requires, '&load force', by_meaning, '', '', 460, 1, 1, 0), &
+      rule_t('&load kind = ''pressure''', requires, '&load pressure', by_meaning, '', '', 462, 1, 1, 0), &
       rule_t('&load kind = ''traction'' | ''absorbing''', requires, '&load lower and &load upper or &load side', by_meaning, '', &
-         '', 466, 1, 3, 0), &
+         '', 464, 1, 3, 0), &
       rule_t('&load kind = ''pressure'' and &load on = ''edge''', requires, '&load lower and &load upper or &load side', &
-         by_meaning, '', '', 470, 2, 3, 0), &
-      rule_t('&load side and &load lower', requires, '&load upper', by_meaning, '', '', 475, 2, 1, 0), &
-      rule_t('&load side and &load upper', requires, '&load lower', by_meaning, '', '', 478, 2, 1, 0), &
-      rule_t('&load side', requires, '&load kind = ''traction'' | ''pressure'' | ''absorbing''', by_meaning, '', '', 481, 1, 1, &
+         by_meaning, '', '', 468, 2, 3, 0), &
+      rule_t('&load side and &load lower', requires, '&load upper', by_meaning, '', '', 473, 2, 1, 0), &
+      rule_t('&load side and &load upper', requires, '&load lower', by_meaning, '', '', 476, 2, 1, 0), &
+      rule_t('&load side', requires, '&load kind = ''traction'' | ''pressure'' | ''absorbing''', by_meaning, '', '', 479, 1, 1, &
          0), &
-      rule_t('&load side', not_with, '&load on = ''crack''', by_meaning, '', '', 483, 1, 1, 0), &
+      rule_t('&load side', not_with, '&load on = ''crack''', by_meaning, '', '', 481, 1, 1, 0), &
       rule_t('&load side', not_with, '&load face = ''left'' | ''right''', by_meaning, &
-         'faces of cracks are no sides of polygons', '', 485, 1, 1, 0), &
+         'faces of cracks are no sides of polygons', '', 483, 1, 1, 0), &
       rule_t('&load side', not_with, 'a solid', by_meaning, &
-         'sides of solids are flat along the grid, or round: give the box of one', '', 487, 1, 1, 0), &
-      rule_t('&load kind = ''gravity''', requires, '&load acceleration', by_meaning, '', '', 489, 1, 1, 0), &
+         'sides of solids are flat along the grid, or round: give the box of one', '', 485, 1, 1, 0), &
+      rule_t('&load kind = ''gravity''', requires, '&load acceleration', by_meaning, '', '', 487, 1, 1, 0), &
       rule_t('&load lower', not_with, '&load kind = ''gravity''', by_meaning, 'gravity acts on all bodies', 'kind = ''body''', &
-         491, 1, 1, 0), &
+         489, 1, 1, 0), &
       rule_t('&load lower', not_with, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, &
-         'the pressure acts on both faces of the whole crack', '', 493, 1, 2, 0), &
+         'the pressure acts on both faces of the whole crack', '', 491, 1, 2, 0), &
       rule_t('&load upper', not_with, '&load kind = ''gravity''', by_meaning, 'gravity acts on all bodies', 'kind = ''body''', &
-         496, 1, 1, 0), &
+         494, 1, 1, 0), &
       rule_t('&load upper', not_with, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, &
-         'the pressure acts on both faces of the whole crack', '', 498, 1, 2, 0), &
-      rule_t('&load force', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', by_meaning, '', '', 501, 1, 1, &
+         'the pressure acts on both faces of the whole crack', '', 496, 1, 2, 0), &
+      rule_t('&load force', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', by_meaning, '', '', 499, 1, 1, &
          0), &
       rule_t('&load history', not_with, '&load kind = ''absorbing''', by_meaning, 'velocities of the edge give its force', '', &
-         503, 1, 1, 0), &
+         501, 1, 1, 0), &
       rule_t('&load start', not_with, '&load kind = ''absorbing''', by_meaning, 'velocities of the edge give its force', '', &
-         505, 1, 1, 0), &
+         503, 1, 1, 0), &
       rule_t('&load kind = ''absorbing''', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', &
-         '', 507, 1, 1, 0), &
+         '', 505, 1, 1, 0), &
       rule_t('&load kind = ''absorbing''', not_with, '&method time_steps = ''local''', not_built, '', &
-         '&method time_steps = ''global''', 509, 1, 1, 1), &
+         '&method time_steps = ''global''', 507, 1, 1, 1), &
       rule_t('&load kind = ''absorbing''', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no dashpots', '&method path = ''fastest''', 512, 1, 1, 1)]
+         'the reference step has no dashpots', '&method path = ''fastest''', 510, 1, 1, 1), &
+      rule_t('&load kind = ''absorbing''', not_with, '&grid order = 2 and cells that are cut', not_built, &
+         'dashpots act on lumped masses', '&grid order = 1', 513, 1, 2, 1), &
+      rule_t('&load pressure', requires, '&load kind = ''pressure''', by_meaning, '', '', 517, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_6(*) = [ &
-      rule_t('&load kind = ''absorbing''', not_with, '&grid order = 2 and cells that are cut', not_built, &
-         'dashpots act on lumped masses', '&grid order = 1', 515, 1, 2, 1), &
-      rule_t('&load pressure', requires, '&load kind = ''pressure''', by_meaning, '', '', 519, 1, 1, 0), &
-      rule_t('&load acceleration', requires, '&load kind = ''gravity''', by_meaning, '', '', 521, 1, 1, 0), &
-      rule_t('&load on = ''crack''', requires, '&load kind = ''pressure''', by_meaning, '', '', 523, 1, 1, 0), &
-      rule_t('&load crack', requires, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, '', '', 525, 1, 2, 0), &
+      rule_t('&load acceleration', requires, '&load kind = ''gravity''', by_meaning, '', '', 519, 1, 1, 0), &
+      rule_t('&load on = ''crack''', requires, '&load kind = ''pressure''', by_meaning, '', '', 521, 1, 1, 0), &
+      rule_t('&load crack', requires, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, '', '', 523, 1, 2, 0), &
       rule_t('&load face = ''left'' | ''right''', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', &
-         by_meaning, '', '', 528, 1, 1, 0), &
-      rule_t('&load on = ''crack''', requires, '&crack', by_meaning, '', '', 530, 1, 1, 0), &
+         by_meaning, '', '', 526, 1, 1, 0), &
+      rule_t('&load on = ''crack''', requires, '&crack', by_meaning, '', '', 528, 1, 1, 0), &
       rule_t('&load crack', requires, '&crack kind = ''line'' | ''path'' | ''plane''', by_meaning, &
-         'other cracks are the only one', '', 532, 1, 1, 0), &
+         'other cracks are the only one', '', 530, 1, 1, 0), &
       rule_t('&load on = ''crack'' and several cracks', requires, '&load crack', by_meaning, 'the name selects the crack', '', &
-         534, 2, 1, 0), &
+         532, 2, 1, 0), &
       rule_t('&load on = ''crack''', not_with, 'a pressed path that grows in motion', not_built, &
-         'cohesive points join cells that are cut ahead of the tip; pressure must not act there', 'law = ''quasi_static''', 537, &
+         'cohesive points join cells that are cut ahead of the tip; pressure must not act there', 'law = ''quasi_static''', 535, &
          1, 1, 0), &
       rule_t('&load start < 0', no_effect_with, '&load history = ''step''', by_meaning, &
-         'a step load that begins before the run acts from its beginning', '', 539, 1, 1, 0), &
+         'a step load that begins before the run acts from its beginning', '', 537, 1, 1, 0), &
       rule_t('&contact bodies = ''friction''', requires, '&contact friction > 0', by_meaning, '', &
-         '&contact bodies = ''frictionless''', 541, 1, 1, 1), &
-      rule_t('&contact friction', requires, '&contact bodies = ''friction''', by_meaning, '', '', 544, 1, 1, 0), &
+         '&contact bodies = ''frictionless''', 539, 1, 1, 1), &
+      rule_t('&contact friction', requires, '&contact bodies = ''friction''', by_meaning, '', '', 542, 1, 1, 0), &
       rule_t('&contact distance', requires, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', by_meaning, &
-         'bonded bodies interact as soon as both have cells at a node', '', 546, 1, 1, 0), &
+         'bonded bodies interact as soon as both have cells at a node', '', 544, 1, 1, 0), &
       rule_t('&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_with, '&grid order = 2', not_built, '', &
-         '&grid order = 1', 548, 1, 1, 1), &
+         '&grid order = 1', 546, 1, 1, 1), &
       rule_t('&method time = ''static'' | ''implicit''', not_with, &
          '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
          'bodies that come near each other are found in explicit steps; those that touch from the '// &
-         'start may have a &crack with contact along their common face', '&method time = ''explicit''', 551, 1, 1, 1), &
+         'start may have a &crack with contact along their common face', '&method time = ''explicit''', 549, 1, 1, 1), &
       rule_t('&method frame = ''total''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', mechanics, &
-         'bodies never come into contact in the total Lagrangian frame', '&method frame = ''updated''', 554, 1, 1, 1), &
+         'bodies never come into contact in the total Lagrangian frame', '&method frame = ''updated''', 552, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&method time = ''static''', not_built, &
-         'static equilibrium is found in the reference configuration', '&method frame = ''total''', 557, 1, 1, 1), &
+         'static equilibrium is found in the reference configuration', '&method frame = ''total''', 555, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&method time = ''implicit''', not_built, &
          'nodes keep velocity and acceleration from step to step, so they must keep their material', &
-         '&method frame = ''total''', 560, 1, 1, 1), &
+         '&method frame = ''total''', 558, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&grid order = 2', not_built, &
-         'quadrature weights of particles hold at their reference positions only', '&method frame = ''total''', 563, 1, 1, 1), &
+         'quadrature weights of particles hold at their reference positions only', '&method frame = ''total''', 561, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&crack kind = ''symmetry'' and &growth law = {growth laws in motion}', &
-         not_built, 'the crack stays in the grid, and the material ahead of its tip moves', '&method frame = ''total''', 566, 1, &
+         not_built, 'the crack stays in the grid, and the material ahead of its tip moves', '&method frame = ''total''', 564, 1, &
          2, 1), &
       rule_t('&method shape_functions = ''cpdi''', requires, '&method frame = ''updated''', mechanics, &
          'particles stay in their cells in the total Lagrangian frame, where shape functions of '//'cells are more accurate', &
-         '', 570, 1, 1, 0), &
+         '', 568, 1, 1, 0), &
       rule_t('&method time_steps = ''local''', requires, '&method frame = ''total''', mechanics, &
          'local steps use mass matrices and moments of cells, which are constant only where '//'particles stay in their cells', &
-         '', 572, 1, 1, 0), &
+         '', 570, 1, 1, 0), &
       rule_t('&method time_steps = ''local''', requires, '&method scheme = ''musl''', not_built, &
-         'coarse steps have that scheme', '', 574, 1, 1, 0), &
+         'coarse steps have that scheme', '', 572, 1, 1, 0), &
       rule_t('&method time_steps = ''local''', requires, '&method mass = ''lumped''', not_built, &
-         'cells with different steps need masses of their own', '', 576, 1, 1, 0), &
+         'cells with different steps need masses of their own', '', 574, 1, 1, 0), &
       rule_t('&method time_steps = ''local''', not_with, '&method time = ''static''', mechanics, &
-         'equilibrium is found for all cells together', '&method time_steps = ''global''', 578, 1, 1, 1), &
+         'equilibrium is found for all cells together', '&method time_steps = ''global''', 576, 1, 1, 1), &
       rule_t('&method time_steps = ''local''', not_with, '&method time = ''implicit''', mechanics, &
-         'implicit steps solve for all nodes together', '&method time_steps = ''global''', 581, 1, 1, 1), &
+         'implicit steps solve for all nodes together', '&method time_steps = ''global''', 579, 1, 1, 1), &
       rule_t('&method time_steps = ''local''', not_with, '&grid order = 2 and &method time = ''explicit'' | ''implicit''', &
-         not_built, '', '&method time_steps = ''global''', 584, 1, 2, 1), &
+         not_built, '', '&method time_steps = ''global''', 582, 1, 2, 1), &
       rule_t('&method time_steps = ''local''', not_with, '&material law /= ''linear_elastic'' | ''orthotropic''', mechanics, &
-         'local steps need a linear relation of forces to displacements', '&method time_steps = ''global''', 588, 1, 1, 1), &
+         'local steps need a linear relation of forces to displacements', '&method time_steps = ''global''', 586, 1, 1, 1), &
       rule_t('&method time_steps = ''local''', not_with, '&material volumetric = ''b_bar''', not_built, &
-         'fine steps use moments of the volume of cells', '&material volumetric = ''standard''', 591, 1, 1, 1), &
+         'fine steps use moments of the volume of cells', '&material volumetric = ''standard''', 589, 1, 1, 1), &
       rule_t('&method time_steps = ''local''', not_with, '&refine indicator = {indicators of the motion}', mechanics, &
-         'vibrations of small cells grow where the mesh changes', '&method time_steps = ''global''', 594, 1, 1, 1), &
+         'vibrations of small cells grow where the mesh changes', '&method time_steps = ''global''', 592, 1, 1, 1), &
       rule_t('&method time_steps = ''local''', not_with, 'cracks that cut cells', not_built, &
-         'forces across faces would join cells with different steps', '&method time_steps = ''global''', 597, 1, 1, 1), &
+         'forces across faces would join cells with different steps', '&method time_steps = ''global''', 595, 1, 1, 1), &
       rule_t('&method time_steps = ''local''', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'forces across faces would join cells with different steps', '&method time_steps = ''global''', 600, 1, 1, 1), &
+         'forces across faces would join cells with different steps', '&method time_steps = ''global''', 598, 1, 1, 1), &
       rule_t('&method time_steps = ''local''', not_with, '&cohesive', not_built, &
-         'forces across faces would join cells with different steps', '&method time_steps = ''global''', 603, 1, 1, 1), &
+         'forces across faces would join cells with different steps', '&method time_steps = ''global''', 601, 1, 1, 1), &
       rule_t('&method time_steps = ''local''', not_with, '&crack kind = ''symmetry'' and &growth law = {growth laws in motion}', &
-         not_built, 'nodal release needs steps that are the same for all cells', '&method time_steps = ''global''', 606, 1, 2, &
+         not_built, 'nodal release needs steps that are the same for all cells', '&method time_steps = ''global''', 604, 1, 2, &
          1), &
       rule_t('&method time_steps = ''local''', not_with, '&energy_release energy_balance = .true.', not_built, &
-         'the numerical loss of local steps is not known', '&method time_steps = ''global''', 610, 1, 1, 1), &
+         'the numerical loss of local steps is not known', '&method time_steps = ''global''', 608, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&method time = ''static'' | ''implicit''', by_meaning, &
-         'the reference step is explicit', '&method time = ''explicit''', 613, 1, 1, 1), &
+         'the reference step is explicit', '&method time = ''explicit''', 611, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&method time_steps = ''local''', by_meaning, &
-         'the reference step is one step of all cells', '&method time_steps = ''global''', 616, 1, 1, 1), &
+         'the reference step is one step of all cells', '&method time_steps = ''global''', 614, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&method shape_functions = ''cpdi''', not_built, &
-         'particles of the reference step are points of cells', '&method shape_functions = ''linear''', 619, 1, 1, 1), &
+         'particles of the reference step are points of cells', '&method shape_functions = ''linear''', 617, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&method mass = ''consistent'' | ''partial'' | ''fmpm'' | ''weighted''', &
-         not_built, 'the reference step divides by lumped masses', '&method mass = ''lumped''', 622, 1, 1, 1)]
+         not_built, 'the reference step divides by lumped masses', '&method mass = ''lumped''', 620, 1, 1, 1), &
+      rule_t('&method path = ''reference''', not_with, '&material volumetric = ''b_bar''', not_built, &
+         'particles of the reference step have their own dilatation', '&material volumetric = ''standard''', 623, 1, 1, 1), &
+      rule_t('&constraint displacement', not_with, '&method path = ''reference''', not_built, &
+         'the reference step has no prescribed motion', '&method path = ''fastest''', 626, 1, 1, 1)]
 
    type(rule_t), parameter :: rules_7(*) = [ &
-      rule_t('&method path = ''reference''', not_with, '&material volumetric = ''b_bar''', not_built, &
-         'particles of the reference step have their own dilatation', '&material volumetric = ''standard''', 625, 1, 1, 1), &
-      rule_t('&constraint displacement', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no prescribed motion', '&method path = ''fastest''', 628, 1, 1, 1), &
       rule_t('&constraint velocity', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no prescribed motion', '&method path = ''fastest''', 631, 1, 1, 1), &
+         'the reference step has no prescribed motion', '&method path = ''fastest''', 629, 1, 1, 1), &
       rule_t('&constraint turns', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no prescribed motion', '&method path = ''fastest''', 634, 1, 1, 1), &
+         'the reference step has no prescribed motion', '&method path = ''fastest''', 632, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', &
-         not_built, 'the reference step has one velocity field', '&contact bodies = ''bonded''', 637, 1, 1, 1), &
+         not_built, 'the reference step has one velocity field', '&contact bodies = ''bonded''', 635, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'the reference step has no contact of faces', '&crack contact = ''none''', 640, 1, 1, 1), &
-      rule_t('&method path = ''reference''', not_with, '&growth', not_built, 'the reference step has no growth', '', 643, 1, 1, &
+         'the reference step has no contact of faces', '&crack contact = ''none''', 638, 1, 1, 1), &
+      rule_t('&method path = ''reference''', not_with, '&growth', not_built, 'the reference step has no growth', '', 641, 1, 1, &
          0), &
       rule_t('&method path = ''reference''', not_with, '&energy_release energy_balance = .true.', not_built, &
-         'the reference step does not record numerical losses', '', 645, 1, 1, 0), &
+         'the reference step does not record numerical losses', '', 643, 1, 1, 0), &
       rule_t('&method mass = ''fmpm''', not_with, '&method time = ''implicit''', mechanics, &
-         'fmpm is a series for the inverse, and implicit steps use the matrix', '&method mass = ''consistent''', 647, 1, 1, 1), &
+         'fmpm is a series for the inverse, and implicit steps use the matrix', '&method mass = ''consistent''', 645, 1, 1, 1), &
       rule_t('&method mass = ''lumped'' | ''partial'' | ''fmpm'' | ''weighted''', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', mechanics, &
-         'some nodes would have a lumped mass below 0', '&method mass = ''consistent''', 650, 1, 3, 1), &
+         'some nodes would have a lumped mass below 0', '&method mass = ''consistent''', 648, 1, 3, 1), &
       rule_t('&method solver = ''cg''', not_with, 'a mass matrix that acts and quadratic cells at an axis', mechanics, &
-         'cg is preconditioned by lumped masses, which are 0 on the axis', '&method solver = ''direct''', 655, 1, 2, 1), &
+         'cg is preconditioned by lumped masses, which are 0 on the axis', '&method solver = ''direct''', 653, 1, 2, 1), &
       rule_t('&method solver = ''cg''', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
          'cg is preconditioned by inverses of mass matrices of cells, and those of small cut cells '//'may be singular', &
-         '&method solver = ''direct''', 659, 1, 3, 1), &
+         '&method solver = ''direct''', 657, 1, 3, 1), &
       rule_t('&method time_step', requires, '&method time = ''implicit''', by_meaning, &
-         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 664, 1, 1, 0), &
-      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 666, 1, 1, 0), &
+         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 662, 1, 1, 0), &
+      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 664, 1, 1, 0), &
       rule_t('&method time_step > 0', not_with, '&method time = ''implicit'' and &method courant > 0', by_meaning, &
-         'both give the time step', 'one of both', 668, 1, 2, 0), &
+         'both give the time step', 'one of both', 666, 1, 2, 0), &
       rule_t('&method consistent_region = ''refined'' and &method mass = ''partial''', requires, &
-         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 671, 2, 1, 0), &
+         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 669, 2, 1, 0), &
       rule_t('&method courant > 0', no_effect_with, '&method time = ''static''', mechanics, &
-         'a load step has no length to limit', '', 674, 1, 1, 0), &
+         'a load step has no length to limit', '', 672, 1, 1, 0), &
       rule_t('&method scheme', no_effect_with, '&method time = ''static'' | ''implicit''', mechanics, &
-         'the scheme is the order of updates in an explicit step', '', 676, 1, 1, 0), &
+         'the scheme is the order of updates in an explicit step', '', 674, 1, 1, 0), &
       rule_t('&method mass', no_effect_without, 'a mass matrix that acts', mechanics, &
-         'a static model needs mass to extrapolate stress only', '', 678, 1, 1, 0), &
+         'a static model needs mass to extrapolate stress only', '', 676, 1, 1, 0), &
       rule_t('&method wave_speed', no_effect_with, '&method time = ''static''', mechanics, 'a load step has no length to limit', &
-         '', 680, 1, 1, 0), &
+         '', 678, 1, 1, 0), &
       rule_t('&method wave_speed and &method time = ''explicit'' | ''implicit''', no_effect_without, &
          '&method courant or &method frame = ''updated''', by_meaning, 'the step is a fraction of the largest stable one', '', &
-         682, 2, 2, 0), &
-      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 686, 1, 1, 0), &
+         680, 2, 2, 0), &
+      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 684, 1, 1, 0), &
       rule_t('&method start = ''static''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 688, 1, 1, 1), &
+         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 686, 1, 1, 1), &
       rule_t('&method start = ''static''', not_with, &
          '&material volumetric = ''b_bar'' and &material law = {laws of any strain}', not_built, &
-         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 691, 1, 2, 1), &
+         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 689, 1, 2, 1), &
       rule_t('&method start', no_effect_with, '&method time = ''static''', mechanics, 'all states are in static equilibrium', &
-         '', 695, 1, 1, 0), &
+         '', 693, 1, 1, 0), &
       rule_t('&method start', no_effect_without, '&load or &constraint displacement or &body eigenstrain', by_meaning, &
-         'nothing acts at time 0', '', 697, 1, 3, 0), &
+         'nothing acts at time 0', '', 695, 1, 3, 0), &
       rule_t('&method time = ''static''', no_effect_without, &
          '&load or &constraint displacement or &constraint velocity or &body eigenstrain', by_meaning, &
-         'nothing loads the model, and all displacements stay 0', '', 701, 1, 4, 0), &
-      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 706, &
+         'nothing loads the model, and all displacements stay 0', '', 699, 1, 4, 0), &
+      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 704, &
          1, 2, 0), &
       rule_t('&method lumped_fraction', no_effect_without, '&method mass = ''weighted'' and a mass matrix that acts', &
-         by_meaning, '', '', 709, 1, 2, 0), &
+         by_meaning, '', '', 707, 1, 2, 0), &
       rule_t('&method consistent_region', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 712, 1, 2, 0), &
+         by_meaning, '', '', 710, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 715, 1, 2, 0), &
+         by_meaning, '', '', 713, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 718, 1, 2, 0), &
+         by_meaning, '', '', 716, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 721, 1, 2, 0), &
+         'the region consists of the refined cells', '', 719, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 724, 1, 2, 0), &
+         'the region consists of the refined cells', '', 722, 1, 2, 0), &
       rule_t('&method solver = ''direct''', no_effect_with, &
          '&method time = ''explicit'' and &method mass = ''lumped'' | ''fmpm''', mechanics, 'lumped masses need no solution', &
-         '', 727, 1, 2, 0), &
-      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 730, &
+         '', 725, 1, 2, 0), &
+      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 728, &
          1, 1, 0), &
       rule_t('&output history_interval', no_effect_with, 'samples apart from load steps', by_meaning, &
-         'a row of a static history is a load step', '', 732, 1, 1, 0), &
+         'a row of a static history is a load step', '', 730, 1, 1, 0), &
       rule_t('&method scheme = ''usf''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 6 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 734, 1, 1, 1), &
+         '&method scheme = ''musl''', 732, 1, 1, 1), &
       rule_t('&method scheme = ''usavg''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 3 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 737, 1, 1, 1), &
+         '&method scheme = ''musl''', 735, 1, 1, 1), &
       rule_t('&method mass = ''lumped''', noted_with, '&growth law = {growth laws in motion}', mechanics, &
          'K of a tip at 0.6 of the speed of Rayleigh waves is up to 4 % low, and a crack that grows '// &
-         'by its toughness comes 5 % less far', '&method mass = ''weighted''', 740, 1, 1, 1)]
-
-   type(rule_t), parameter :: rules_8(*) = [ &
-      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 743, 1, 1, 0), &
+         'by its toughness comes 5 % less far', '&method mass = ''weighted''', 738, 1, 1, 1), &
+      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 741, 1, 1, 0), &
       rule_t('&refine indicator = {indicators of one body}', not_with, &
          '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 745, 1, 1, 1), &
+         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 743, 1, 1, 1)]
+
+   type(rule_t), parameter :: rules_8(*) = [ &
       rule_t('&refine indicator = {indicators of the motion}', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
-         'particles would have to move to finer cells', '&refine indicator = ''tip''', 748, 1, 3, 1), &
+         'particles would have to move to finer cells', '&refine indicator = ''tip''', 746, 1, 3, 1), &
       rule_t('&refine max_level', no_effect_without, '&refine indicator = {indicators}', by_meaning, &
-         'an indicator selects the cells to refine', '', 753, 1, 1, 0), &
-      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 755, 1, 1, 0), &
-      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 757, 1, 1, 0), &
-      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 759, 1, 1, 0), &
-      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 761, 1, 1, 0), &
-      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 763, 1, 1, 0), &
-      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 765, 1, 1, 0), &
-      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 767, 1, 1, 0), &
-      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 769, 1, 1, 0), &
-      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 771, 1, 1, 0), &
+         'an indicator selects the cells to refine', '', 751, 1, 1, 0), &
+      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 753, 1, 1, 0), &
+      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 755, 1, 1, 0), &
+      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 757, 1, 1, 0), &
+      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 759, 1, 1, 0), &
+      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 761, 1, 1, 0), &
+      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 763, 1, 1, 0), &
+      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 765, 1, 1, 0), &
+      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 767, 1, 1, 0), &
+      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 769, 1, 1, 0), &
       rule_t('&refine start', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 773, 1, 1, 0), &
+         'the indicator tip refines before the first step', '', 771, 1, 1, 0), &
       rule_t('&refine start', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 775, 1, 2, 0), &
+         mechanics, 'static refinement is between load steps', '', 773, 1, 2, 0), &
       rule_t('&refine interval', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 778, 1, 1, 0), &
+         'the indicator tip refines before the first step', '', 776, 1, 1, 0), &
       rule_t('&refine interval', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 780, 1, 2, 0), &
+         mechanics, 'static refinement is between load steps', '', 778, 1, 2, 0), &
       rule_t('&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', requires, '&crack tip', &
-         by_meaning, '', '', 783, 2, 1, 0), &
-      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 786, 1, 2, &
+         by_meaning, '', '', 781, 2, 1, 0), &
+      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 784, 1, 2, &
          0), &
-      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 789, 1, 1, 0), &
+      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 787, 1, 1, 0), &
       rule_t('&crack tip', requires, '&crack front = ''straight''', by_meaning, 'others have a place by center or points', '', &
-         791, 1, 1, 0), &
-      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 793, 1, 1, 0), &
-      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 795, 1, 1, 0), &
+         789, 1, 1, 0), &
+      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 791, 1, 1, 0), &
+      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 793, 1, 1, 0), &
       rule_t('&crack direction', no_effect_with, '&crack front = ''disc'' | ''ellipse'' | ''polygon''', by_meaning, &
-         'they are closed', '', 797, 1, 1, 0), &
-      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 799, 1, 1, 0), &
-      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 801, 1, 2, &
+         'they are closed', '', 795, 1, 1, 0), &
+      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 797, 1, 1, 0), &
+      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 799, 1, 2, &
          0), &
       rule_t('&crack tip', not_with, '&crack kind = ''path''', by_meaning, &
-         'the ends of a path inside the material are its tips', '', 804, 1, 1, 0), &
+         'the ends of a path inside the material are its tips', '', 802, 1, 1, 0), &
       rule_t('&crack name', no_effect_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack is the only one and needs no name', '', 806, 1, 1, 0), &
-      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 808, &
+         'the crack is the only one and needs no name', '', 804, 1, 1, 0), &
+      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 806, &
          1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'several cracks', not_built, &
-         'only cracks of the kinds line, path and plane may be several', 'a whole body and kind = ''line''', 810, 1, 1, 0), &
+         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 808, 1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'edges that are no grid lines', not_built, &
-         'cells that edges cut are those of lines and paths', 'a whole body and kind = ''line''', 812, 1, 1, 0), &
-      rule_t('&crack length', requires, '&crack kind = ''line''', by_meaning, &
-         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 814, 1, 1, 0), &
+         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 810, 1, 1, 0), &
+      rule_t('&crack length', requires, '&crack kind = ''line'' | ''plane'' and &crack front = ''straight''', by_meaning, &
+         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 812, 1, 2, 0), &
       rule_t('&crack contact = ''frictionless'' | ''friction''', requires, '&crack kind = ''line'' | ''path'' | ''plane''', &
-         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 816, 1, 1, 0), &
+         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 815, 1, 1, 0), &
       rule_t('&crack contact = ''frictionless''', no_effect_with, 'cohesion all along it', mechanics, &
-         'faces with a cohesive zone are in contact anyway', '', 818, 1, 1, 0), &
+         'faces with a cohesive zone are in contact anyway', '', 817, 1, 1, 0), &
       rule_t('&crack contact = ''friction''', requires, '&crack friction > 0', by_meaning, '', &
-         '&crack contact = ''frictionless''', 820, 1, 1, 1), &
-      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 823, 1, 1, 0), &
-      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 825, 1, 1, 0), &
-      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 827, 1, &
+         '&crack contact = ''frictionless''', 819, 1, 1, 1), &
+      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 822, 1, 1, 0), &
+      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 824, 1, 1, 0), &
+      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 826, 1, &
          1, 0), &
-      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 829, 1, &
+      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 828, 1, &
          1, 0), &
       rule_t('&cohesive strength_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         831, 1, 1, 0)]
-
-   type(rule_t), parameter :: rules_9(*) = [ &
+         830, 1, 1, 0), &
       rule_t('&cohesive toughness_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         833, 1, 1, 0), &
-      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 835, 2, &
-         1, 0), &
-      rule_t('&cohesive', requires, '&method frame = ''total''', not_built, &
-         'damage is lost where cells are cut again as faces move', '', 838, 1, 1, 0), &
-      rule_t('&cohesive', not_with, '&growth law = {growth laws at rest}', mechanics, &
-         'growth scales loads as in a linear body, but cohesion depends on the history', '', 840, 1, 1, 0), &
-      rule_t('&cohesive law = ''linear'' | ''bilinear''', requires, '&cohesive strength > 0 and &cohesive toughness > 0', &
-         by_meaning, '', '', 842, 1, 2, 0), &
-      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 845, 1, 1, 0), &
-      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 847, 1, 2, &
-         0), &
-      rule_t('&cohesive strength', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 850, 1, 1, 0), &
-      rule_t('&cohesive toughness', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 852, 1, 1, 0), &
-      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 854, 1, 1, 0), &
-      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 856, 1, 1, 0), &
-      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 858, 1, 1, 0), &
-      rule_t('&cohesive exponent', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 860, 1, 2, 0), &
-      rule_t('&cohesive mixed_mode', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 863, 1, 2, 0), &
-      rule_t('&growth', requires, '&crack', by_meaning, '', '', 866, 1, 1, 0), &
-      rule_t('&growth', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'a crack grows by G, K_I and K_II', '', 868, 1, 1, 0), &
-      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 870, 1, 1, &
-         0), &
-      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 872, 2, 1, &
-         0), &
-      rule_t('&growth law = {growth laws at rest}', not_with, 'growth by laws of both kinds', not_built, '', 'laws of one kind', &
-         875, 1, 1, 0), &
-      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 877, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in motion}', requires, '&method time = ''explicit'' | ''implicit''', by_meaning, &
-         'a static model has no time', '', 879, 1, 1, 0), &
-      rule_t('&growth law = {growth laws at rest by toughness}', requires, '&growth increment > 0 and &growth toughness > 0', &
-         by_meaning, '', '', 881, 1, 2, 0), &
-      rule_t('&growth law = {growth laws in cycles}', requires, &
-         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 884, 1, 3, 0), &
-      rule_t('&growth law = {growth laws in cycles}', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are held do not change in a cycle', '', 888, 1, 1, 0), &
-      rule_t('&growth rate = ''walker'' | ''forman''', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', &
-         890, 1, 1, 0), &
-      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 892, 1, 1, 0), &
-      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 894, &
-         1, 1, 0), &
-      rule_t('&growth wheeler_exponent', requires, '&growth wheeler_stress > 0', mechanics, 'plastic zones depend on it', '', &
-         896, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 898, 1, 1, 0), &
-      rule_t('&growth tips = ''largest''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         'each tip has a rate of its own', '&growth tips = ''all''', 900, 1, 1, 1), &
-      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 903, 1, 1, 0), &
-      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 905, 1, 1, 0), &
-      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 907, 1, 1, 0), &
-      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 909, 1, 1, 0), &
-      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 911, 1, 1, 0), &
-      rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 913, 2, 1, 0), &
-      rule_t('&constraint start and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 916, 2, 1, 0), &
-      rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, &
-         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 919, 2, 1, 0), &
-      rule_t('&load start and &load held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 922, 2, 1, 0), &
-      rule_t('&constraint velocity and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', &
-         mechanics, '&cycles tells how much is moved; give a displacement', '', 925, 2, 1, 0)]
-
-   type(rule_t), parameter :: rules_10(*) = [ &
-      rule_t('&control quantity = ''load'' | ''displacement''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '&control quantity = ''growth''', 928, 1, 1, 1), &
-      rule_t('&constraint held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
-         'only growth at rest scales loads and motions', '', 931, 1, 2, 0), &
-      rule_t('&load held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
-         'only growth at rest scales loads and motions', '', 934, 1, 2, 0), &
-      rule_t('&constraint held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 937, 2, 1, 0), &
-      rule_t('&load held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 940, 2, 1, 0), &
-      rule_t('&control', requires, '&growth law = {growth laws at rest}', not_built, &
-         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 943, 1, 1, 0), &
-      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 945, 1, 1, 0), &
-      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 947, 1, 1, 0), &
-      rule_t('&control history', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 949, 1, 1, 0), &
-      rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 951, 1, 1, 0), &
-      rule_t('&control', not_with, 'growth scales forces beside motions', mechanics, &
-         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 953, 1, 1, 0), &
-      rule_t('&constraint velocity and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how much is moved; give a displacement', '', 955, 2, 1, 0), &
-      rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 958, 2, 1, 0), &
-      rule_t('&constraint start and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 961, 2, 1, 0), &
-      rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, '&control', &
-         mechanics, 'the frame tells how loads change, by its history', '', 964, 2, 1, 0), &
-      rule_t('&load start and &load held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 967, 2, 1, 0), &
-      rule_t('&load on = ''crack'' and &load held = .false.', not_with, '&control', not_built, &
-         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 970, 2, 1, 0), &
-      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 973, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 975, &
-         1, 1, 0), &
-      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 977, &
-         1, 1, 0), &
-      rule_t('&growth speed', requires, '&growth law = ''prescribed''', by_meaning, '', '', 979, 1, 1, 0), &
-      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 981, 1, 1, 0), &
-      rule_t('&growth rate_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 983, 1, 1, 0), &
-      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 985, 1, 1, 0), &
-      rule_t('&growth threshold', requires, '&growth law = ''fatigue''', by_meaning, '', '', 987, 1, 1, 0), &
-      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 989, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 991, 1, 1, 0), &
-      rule_t('&growth increment', requires, '&growth law = {growth laws at rest}', by_meaning, &
-         'dynamic growth advances in each time step', '', 993, 1, 1, 0), &
-      rule_t('&growth limit_speed', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, '', '', 995, 1, &
-         1, 0), &
-      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 997, 1, 1, 0), &
-      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 999, &
-         1, 1, 0), &
-      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 1001, 1, &
-         1, 0), &
-      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 1003, 1, &
-         1, 0), &
-      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 1005, &
-         1, 1, 0), &
-      rule_t('&growth speeds', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, &
-         'a tip at rest has no speed', '', 1007, 1, 1, 0), &
-      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 1009, &
-         1, 1, 0), &
-      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 1011, 1, 1, 0), &
-      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1013, 1, 1, &
-         0), &
-      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1015, 1, &
-         1, 0), &
-      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 1017, 1, &
+         832, 1, 1, 0), &
+      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 834, 2, &
          1, 0)]
 
-   type(rule_t), parameter :: rules_11(*) = [ &
-      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 1019, 1, 1, 0), &
-      rule_t('&growth start', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', &
-         1021, 1, 1, 0), &
-      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 1023, &
+   type(rule_t), parameter :: rules_9(*) = [ &
+      rule_t('&cohesive', requires, '&method frame = ''total''', not_built, &
+         'damage is lost where cells are cut again as faces move', '', 837, 1, 1, 0), &
+      rule_t('&cohesive', not_with, '&growth law = {growth laws at rest}', mechanics, &
+         'growth scales loads as in a linear body, but cohesion depends on the history', '', 839, 1, 1, 0), &
+      rule_t('&cohesive law = ''linear'' | ''bilinear''', requires, '&cohesive strength > 0 and &cohesive toughness > 0', &
+         by_meaning, '', '', 841, 1, 2, 0), &
+      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 844, 1, 1, 0), &
+      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 846, 1, 2, &
+         0), &
+      rule_t('&cohesive strength', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
+         'the points of the table give it', '', 849, 1, 1, 0), &
+      rule_t('&cohesive toughness', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
+         'the points of the table give it', '', 851, 1, 1, 0), &
+      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 853, 1, 1, 0), &
+      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 855, 1, 1, 0), &
+      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 857, 1, 1, 0), &
+      rule_t('&cohesive exponent', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
+         'mode II has the values of mode I', '', 859, 1, 2, 0), &
+      rule_t('&cohesive mixed_mode', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
+         'mode II has the values of mode I', '', 862, 1, 2, 0), &
+      rule_t('&growth', requires, '&crack', by_meaning, '', '', 865, 1, 1, 0), &
+      rule_t('&growth', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
+         'a crack grows by G, K_I and K_II', '', 867, 1, 1, 0), &
+      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 869, 1, 1, &
+         0), &
+      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 871, 2, 1, &
+         0), &
+      rule_t('&growth law = {growth laws at rest}', not_with, 'growth by laws of both kinds', not_built, '', 'laws of one kind', &
+         874, 1, 1, 0), &
+      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 876, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in motion}', requires, '&method time = ''explicit'' | ''implicit''', by_meaning, &
+         'a static model has no time', '', 878, 1, 1, 0), &
+      rule_t('&growth law = {growth laws at rest by toughness}', requires, '&growth increment > 0 and &growth toughness > 0', &
+         by_meaning, '', '', 880, 1, 2, 0), &
+      rule_t('&growth law = {growth laws in cycles}', requires, &
+         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 883, 1, 3, 0), &
+      rule_t('&growth law = {growth laws in cycles}', requires, 'something that growth scales', mechanics, &
+         'loads and motions that are held do not change in a cycle', '', 887, 1, 1, 0), &
+      rule_t('&growth rate = ''walker'' | ''forman''', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', &
+         889, 1, 1, 0), &
+      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 891, 1, 1, 0), &
+      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 893, &
          1, 1, 0), &
-      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 1025, 1, 1, 0), &
-      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 1027, 1, 1, 0), &
+      rule_t('&growth wheeler_exponent', requires, '&growth wheeler_stress > 0', mechanics, 'plastic zones depend on it', '', &
+         895, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 897, 1, 1, 0), &
+      rule_t('&growth tips = ''largest''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
+         'each tip has a rate of its own', '&growth tips = ''all''', 899, 1, 1, 1), &
+      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 902, 1, 1, 0), &
+      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 904, 1, 1, 0), &
+      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 906, 1, 1, 0), &
+      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 908, 1, 1, 0), &
+      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 910, 1, 1, 0), &
+      rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
+         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 912, 2, 1, 0), &
+      rule_t('&constraint start and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
+         '&cycles tells how loads change', '', 915, 2, 1, 0), &
+      rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, &
+         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 918, 2, 1, 0), &
+      rule_t('&load start and &load held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
+         '&cycles tells how loads change', '', 921, 2, 1, 0), &
+      rule_t('&constraint velocity and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', &
+         mechanics, '&cycles tells how much is moved; give a displacement', '', 924, 2, 1, 0), &
+      rule_t('&control quantity = ''load'' | ''displacement''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
+         '&cycles tells how loads change', '&control quantity = ''growth''', 927, 1, 1, 1), &
+      rule_t('&constraint held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
+         'only growth at rest scales loads and motions', '', 930, 1, 2, 0)]
+
+   type(rule_t), parameter :: rules_10(*) = [ &
+      rule_t('&load held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
+         'only growth at rest scales loads and motions', '', 933, 1, 2, 0), &
+      rule_t('&constraint held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
+         'growth scales loads and motions that are not held, so that G is the toughness', '', 936, 2, 1, 0), &
+      rule_t('&load held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
+         'growth scales loads and motions that are not held, so that G is the toughness', '', 939, 2, 1, 0), &
+      rule_t('&control', requires, '&growth law = {growth laws at rest}', not_built, &
+         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 942, 1, 1, 0), &
+      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 944, 1, 1, 0), &
+      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 946, 1, 1, 0), &
+      rule_t('&control history', no_effect_with, '&control quantity = ''growth''', mechanics, &
+         'load and displacement follow the crack', '', 948, 1, 1, 0), &
+      rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
+         'load and displacement follow the crack', '', 950, 1, 1, 0), &
+      rule_t('&control', not_with, 'growth scales forces beside motions', mechanics, &
+         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 952, 1, 1, 0), &
+      rule_t('&constraint velocity and &constraint held = .false.', not_with, '&control', mechanics, &
+         'the frame tells how much is moved; give a displacement', '', 954, 2, 1, 0), &
+      rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
+         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 957, 2, 1, 0), &
+      rule_t('&constraint start and &constraint held = .false.', not_with, '&control', mechanics, &
+         'the frame tells how loads change, by its start', '', 960, 2, 1, 0), &
+      rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, '&control', &
+         mechanics, 'the frame tells how loads change, by its history', '', 963, 2, 1, 0), &
+      rule_t('&load start and &load held = .false.', not_with, '&control', mechanics, &
+         'the frame tells how loads change, by its start', '', 966, 2, 1, 0), &
+      rule_t('&load on = ''crack'' and &load held = .false.', not_with, '&control', not_built, &
+         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 969, 2, 1, 0), &
+      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 972, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 974, &
+         1, 1, 0), &
+      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 976, &
+         1, 1, 0), &
+      rule_t('&growth speed', requires, '&growth law = ''prescribed''', by_meaning, '', '', 978, 1, 1, 0), &
+      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 980, 1, 1, 0), &
+      rule_t('&growth rate_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 982, 1, 1, 0), &
+      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 984, 1, 1, 0), &
+      rule_t('&growth threshold', requires, '&growth law = ''fatigue''', by_meaning, '', '', 986, 1, 1, 0), &
+      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 988, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 990, 1, 1, 0), &
+      rule_t('&growth increment', requires, '&growth law = {growth laws at rest}', by_meaning, &
+         'dynamic growth advances in each time step', '', 992, 1, 1, 0), &
+      rule_t('&growth limit_speed', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, '', '', 994, 1, &
+         1, 0), &
+      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 996, 1, 1, 0), &
+      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 998, &
+         1, 1, 0), &
+      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 1000, 1, &
+         1, 0), &
+      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 1002, 1, &
+         1, 0), &
+      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 1004, &
+         1, 1, 0), &
+      rule_t('&growth speeds', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, &
+         'a tip at rest has no speed', '', 1006, 1, 1, 0), &
+      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 1008, &
+         1, 1, 0), &
+      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 1010, 1, 1, 0), &
+      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1012, 1, 1, &
+         0), &
+      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1014, 1, &
+         1, 0), &
+      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 1016, 1, &
+         1, 0), &
+      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 1018, 1, 1, 0), &
+      rule_t('&growth start', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', &
+         1020, 1, 1, 0)]
+
+   type(rule_t), parameter :: rules_11(*) = [ &
+      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 1022, &
+         1, 1, 0), &
+      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 1024, 1, 1, 0), &
+      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 1026, 1, 1, 0), &
       rule_t('&growth direction = ''path''', not_with, '&growth law = {growth laws at rest}', not_built, &
-         'static growth follows a criterion or the crack''s own line', '', 1029, 1, 1, 0), &
+         'static growth follows a criterion or the crack''s own line', '', 1028, 1, 1, 0), &
       rule_t('&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy'' | ''path''', not_with, &
          '&crack kind = ''symmetry''', mechanics, 'the crack stays on its symmetry plane', '&growth direction = ''straight''', &
-         1031, 1, 1, 1), &
+         1030, 1, 1, 1), &
       rule_t('&growth tips = ''last'' | ''first''', not_with, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''largest''', 1034, 1, 1, 1), &
+         '&growth tips = ''largest''', 1033, 1, 1, 1), &
       rule_t('&growth tips = ''largest''', requires, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''all''', 1037, 1, 1, 1), &
+         '&growth tips = ''all''', 1036, 1, 1, 1), &
       rule_t('&growth tips = ''first''', not_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack has one tip, its last point', '', 1040, 1, 1, 0), &
+         'the crack has one tip, its last point', '', 1039, 1, 1, 0), &
       rule_t('&growth tips = ''largest'' | ''last''', no_effect_with, '&crack kind = ''symmetry''', mechanics, &
-         'the crack has one tip', '', 1042, 1, 1, 0), &
-      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1044, 1, 1, 0), &
+         'the crack has one tip', '', 1041, 1, 1, 0), &
+      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1043, 1, 1, 0), &
       rule_t('&nucleation and several cracks', requires, '&nucleation crack', by_meaning, 'the name selects the crack', '', &
-         1046, 2, 1, 0), &
-      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1049, 1, 1, 0), &
+         1045, 2, 1, 0), &
+      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1048, 1, 1, 0), &
       rule_t('&nucleation', requires, '&method time = ''static''', not_built, &
-         'cracks appear at rest; in motion &cohesive parts faces', '', 1051, 1, 1, 0), &
+         'cracks appear at rest; in motion &cohesive parts faces', '', 1050, 1, 1, 0), &
       rule_t('&nucleation', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are not held are scaled until the crack appears', '', 1053, 1, 1, 0), &
+         'loads and motions that are not held are scaled until the crack appears', '', 1052, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack kind = ''symmetry''', not_built, 'the whole body tells the energy of a new crack', &
-         '', 1055, 1, 1, 0), &
+         '', 1054, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&control', not_built, 'what a new crack releases depends on the stiffness of the frame', &
-         '', 1057, 1, 1, 0), &
-      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1059, &
+         '', 1056, 1, 1, 0), &
+      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1058, &
          1, 1, 0), &
       rule_t('&nucleation', not_with, '&load on = ''crack''', not_built, &
-         'a pressure does work on the faces of a new crack at once', '', 1061, 1, 1, 0), &
+         'a pressure does work on the faces of a new crack at once', '', 1060, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1063, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1062, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&constraint unilateral = .true.', not_built, &
-         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1066, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1065, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws of any strain}', not_built, &
-         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1069, &
+         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1068, &
          1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws with a history}', mechanics, &
          'what is stored before and after does not tell what a new crack releases', &
-         '&material law = ''linear_elastic'' | ''orthotropic''', 1072, 1, 1, 1), &
-      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1075, 1, 1, 0), &
+         '&material law = ''linear_elastic'' | ''orthotropic''', 1071, 1, 1, 1), &
+      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1074, 1, 1, 0), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, 'tips at no nodes', mechanics, &
-         'virtual crack closure needs a tip at a node', '''domain_integral''', 1077, 1, 1, 1), &
+         'virtual crack closure needs a tip at a node', '''domain_integral''', 1076, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, &
          '&growth and &crack kind = ''symmetry'' and a plane', mechanics, &
-         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1080, 1, 3, &
+         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1079, 1, 3, &
          1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, '&cohesive', mechanics, &
-         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1085, 1, 1, 1), &
+         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1084, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of elastic material}', not_with, '&material law = {laws with a history}', &
-         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1088, 1, 1, 1), &
+         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1087, 1, 1, 1), &
       rule_t('&energy_release estimators = ''stress_closure''', not_with, '&load on = ''crack''', mechanics, &
-         'the derivation assumes traction-free crack faces', '''domain_integral''', 1091, 1, 1, 1), &
+         'the derivation assumes traction-free crack faces', '''domain_integral''', 1090, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of isotropic material}', not_with, '&material law = ''orthotropic''', &
-         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1094, 1, 1, 1), &
+         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1093, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, &
          '&crack contact = ''frictionless'' | ''friction''', mechanics, 'the estimator assumes traction-free crack faces', &
-         '''domain_integral''', 1097, 1, 1, 1), &
+         '''domain_integral''', 1096, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load on = ''crack''', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1100, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1099, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load face = ''left'' | ''right''', &
-         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1103, 1, 1, 1), &
+         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1102, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&cohesive', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1106, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1105, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&growth', not_built, &
-         'the estimator is for stationary tips', '''domain_integral''', 1109, 1, 1, 1), &
+         'the estimator is for stationary tips', '''domain_integral''', 1108, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&nucleation', not_built, &
-         'the estimator is for tips that are there from the start', '''domain_integral''', 1112, 1, 1, 1), &
+         'the estimator is for tips that are there from the start', '''domain_integral''', 1111, 1, 1, 1), &
       rule_t('&energy_release estimators = ''domain_integral''', warned_with, '&material law = {laws with a history}', &
          mechanics, 'J depends on its domain where material yields or creeps; K, modes and errors are not '// &
-         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1115, 1, 1, 0), &
+         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1114, 1, 1, 0), &
       rule_t('&energy_release estimators = ''material_force''', warned_with, '&material law = {laws with a history}', mechanics, &
-         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1117, 1, 1, &
+         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1116, 1, 1, &
          0), &
       rule_t('&energy_release t_stress = .true.', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'the T-stress is an interaction integral', '', 1119, 1, 1, 0)]
+         'the T-stress is an interaction integral', '', 1118, 1, 1, 0), &
+      rule_t('&energy_release t_stress = .true.', not_with, '&material law = {laws with a history}', mechanics, &
+         'the fields that the integral is with are those of elastic material', '', 1120, 1, 1, 0), &
+      rule_t('&energy_release t_stress = .true.', not_with, '&growth law = {growth laws in motion}', mechanics, &
+         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1122, 1, 1, &
+         0)]
 
    type(rule_t), parameter :: rules_12(*) = [ &
-      rule_t('&energy_release t_stress = .true.', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1121, 1, 1, 0), &
-      rule_t('&energy_release t_stress = .true.', not_with, '&growth law = {growth laws in motion}', mechanics, &
-         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1123, 1, 1, &
-         0), &
       rule_t('&energy_release phase_length', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'K of an interface is an interaction integral', '', 1125, 1, 1, 0), &
+         'K of an interface is an interaction integral', '', 1124, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1127, 1, 1, 0), &
+         'the fields that the integral is with are those of elastic material', '', 1126, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = ''orthotropic''', not_built, &
-         'the fields that the integral is with are those of isotropic materials', '', 1129, 1, 1, 0), &
+         'the fields that the integral is with are those of isotropic materials', '', 1128, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack kind = ''symmetry''', mechanics, &
-         'beyond a symmetry plane is the same material', '', 1131, 1, 1, 0), &
+         'beyond a symmetry plane is the same material', '', 1130, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack contact = ''frictionless'' | ''friction''', mechanics, &
-         'faces that touch at an interface have other fields at the tip', '', 1133, 1, 1, 0), &
+         'faces that touch at an interface have other fields at the tip', '', 1132, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&growth law = {growth laws in motion}', not_built, &
-         'the fields that the integral is with are those of a tip at rest', '', 1135, 1, 1, 0), &
+         'the fields that the integral is with are those of a tip at rest', '', 1134, 1, 1, 0), &
       rule_t('&energy_release radii', no_effect_without, '&energy_release estimators = {estimators by radii}', by_meaning, '', &
-         '', 1137, 1, 1, 0), &
-      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1139, &
+         '', 1136, 1, 1, 0), &
+      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1138, &
          1, 1, 0), &
-      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1141, 1, &
+      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1140, 1, &
          1, 0), &
-      rule_t('&energy_release reference = ''dcb''', requires, '&crack kind = ''symmetry'' | ''line''', mechanics, &
-         'the closed form is for a crack along the beam', '', 1143, 1, 1, 0), &
+      rule_t('&energy_release reference = ''dcb''', requires, &
+         '&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', mechanics, &
+         'the closed form is for a crack along the beam', '', 1142, 1, 2, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, 'several bodies', mechanics, 'the closed form is for one beam', &
          'reference = ''value''', 1145, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&material law = ''orthotropic''', mechanics, &

@@ -368,7 +368,7 @@ contains
                which = which//' number '//to_text(k)
             end if
             remedy = '&crack contact = ''frictionless'''
-            if (crack%kind == 'symmetry') remedy = 'a whole body with a &crack of kind = ''line'' and contact = '// &
+            if (crack%face /= both_faces) remedy = 'a whole body with a &crack of kind = ''plane'' and contact = '// &
                                                    '''frictionless'''
             call warn(which//overlapped//'by up to '//three_digits(overlap%overlap)//' m, '// &
                       three_digits(100*overlap%overlap/overlap%largest_jump)//' % of their largest relative displacement'// &

@@ -268,7 +268,7 @@ contains
       type(model_t), intent(in) :: model
       type(refinement_t) :: r
       r%refine_t = model%refine
-      r%tips_move = (model%method%frame /= 'total' .and. any(model%paths%kind /= 'symmetry')) &
+      r%tips_move = (model%method%frame /= 'total' .and. .not. all(model%paths%is_symmetry)) &
                     .or. size(model%growth) + size(model%nucleations) > 0 .or. any(model%cohesive%from > 0) &
                     .or. model%is_half() .and. size(model%cohesive) > 0
       r%is_static = model%method%time == 'static'

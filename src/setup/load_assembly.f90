@@ -12,7 +12,7 @@ module hampm_load_assembly
    use hampm_problem, only: problem_t
    use hampm_placement, only: tolerance
    use hampm_pressed_faces, only: press_faces
-   use hampm_model, only: model_t, load_spec_t, path_of, plane_of
+   use hampm_model, only: model_t, load_spec_t, path_of
    use hampm_text, only: to_text
    implicit none
    private
@@ -181,7 +181,7 @@ contains
       integer :: k
       if (.not. model%is_half()) then
          do k = 1, size(parts)
-            parts(k)%line = max(path_of(model, spec%crack), plane_of(model, spec%crack))
+            parts(k)%line = path_of(model, spec%crack)
             parts(k)%pressure = spec%pressure
             parts(k)%into(1 + (k - 1)/2) = 3 - 2*(1 + mod(k - 1, 2))
          end do

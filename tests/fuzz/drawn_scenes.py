@@ -24,7 +24,7 @@ CHOICES = {
                "consistent_region": ["box", "refined"], "order": [1, 2, 3], "lumped_fraction": [0.2778, 0.5], "hht_alpha": [0.0, -0.1], "courant": [0.0, 0.05, 0.1]},
     "refine": {"indicator": ["none", "tip", "zz", "gradient"], "field": ["energy_density", "stress_norm", "speed"], "max_level": [1, 2], "rings": [2, 3, 4],
                "tolerance": [0.05, 0.1, 0.2], "r_crit": [0.03, 0.1], "r_coarsen": [0.0, 0.01], "energy_floor": [1e-3, 0.1], "interval": [5, 20]},
-    "crack": {"contact": ["none", "frictionless", "friction"], "kind": ["path", "line", "symmetry"]},
+    "crack": {"contact": ["none", "frictionless", "friction"], "kind": ["path", "line", "plane", "symmetry"]},
     "cohesive": {"law": ["linear", "bilinear", "table"], "mixed_mode": ["benzeggagh_kenane", "power"]},
     "growth": {"law": ["quasi_static", "prescribed", "toughness", "fatigue"], "rate": ["paris", "walker", "forman"], "direction": ["straight", "hoop_stress", "local_symmetry", "max_energy"],
                "tips": ["all", "largest", "last", "first"]},
@@ -272,6 +272,12 @@ class Drawing:
         keys = {"kind": "line", "name": f"c{number}", "tip": self.place(x, y), "direction": direction}
         if chance.random() < 0.5 or room < 1:
             keys["length"] = (chance.randint(2, 4) if angle is None else chance.uniform(1.5, 4)) * self.cell
+        if angle is None and chance.random() < 0.7:                        # in a plane of the grid
+            keys |= {"kind": "plane", "normal": "y" if direction[0] else "x"}
+            if "length" in keys and chance.random() < 0.5:                 # between its tips
+                half = keys.pop("length") / 2
+                tip, direction = keys.pop("tip"), keys.pop("direction")
+                keys |= {"front": "disc", "center": [a - half * b for a, b in zip(tip, direction)], "radii": [half]}
         return keys | self.faces()
 
     def faces(self):
@@ -572,7 +578,7 @@ class Drawing:
 
     def part_at_crack(self, scene):
         """Makes two bodies of two materials of one, with a crack along grid lines between them."""
-        chance, bodies, lines = self.chance, groups(scene, "body"), [keys for keys in groups(scene, "crack") if keys.get("kind") == "line" and 0.0 in keys.get("direction", ())]
+        chance, bodies, lines = self.chance, groups(scene, "body"), [keys for keys in groups(scene, "crack") if keys.get("kind") in ("line", "plane") and 0.0 in keys.get("direction", ())]
         if len(bodies) > 1 or "shape" in bodies[0] or not lines or groups(scene, "contact") or chance.random() < 0.4:
             return
         across = lines[0]["direction"].index(0.0)

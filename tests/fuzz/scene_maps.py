@@ -89,6 +89,9 @@ def isometric(scene, q):
     """The scene of which each place and vector is mapped by q."""
     scene, flips, turns, n = copy_of(scene), round(np.linalg.det(q)) < 0, q[0, 0] == 0, len(q)
     for name, keys in scene:
+        if name == "crack" and n == 2 and keys.pop("front", "") == "disc":  # the last of its tips is the upper one
+            center, (radius,), normal = keys.pop("center"), keys.pop("radii"), keys.pop("normal")
+            keys |= {"kind": "path", "points": [x + end * radius * (axis != normal) for end in (-1, 1) for x, axis in zip(center, "xy")]}
         if name == "grid":
             upper = [keys.get("lower", n * [0.0])[d] + keys["cell"] * keys["cells"][d] for d in range(n)]
             keys["lower"] = list(np.minimum(moved(q, keys.get("lower", n * [0.0])), moved(q, upper)))
@@ -103,12 +106,12 @@ def isometric(scene, q):
                 keys[key] = moved(q, keys[key])
         if name == "crack" and keys.get("kind", "symmetry") != "path" and keys.get("front", "straight") == "straight" and "direction" not in keys:
             keys["direction"] = moved(q, [1.0, *(n - 1) * [0.0]])
-        if name == "crack" and n == 3:
+        if name == "crack" and (n == 3 or "normal" in keys):
             across = "xyz".index(keys.get("normal", "z"))
             if len(keys.get("radii", ())) == 2:
                 radii = dict(zip([d for d in range(3) if d != across], keys["radii"]))
                 keys["radii"] = [radii[axis_of(q, d)] for d in range(3) if axis_of(q, d) != across]
-            keys["normal"] = next("xyz"[d] for d in range(3) if axis_of(q, d) == across)
+            keys["normal"] = next("xyz"[d] for d in range(n) if axis_of(q, d) == across)
         if name == "material" and keys.get("law") == "orthotropic" and n == 3:
             keys["angle"] = angles_of(q @ rotation(keys.get("angle", [0.0])))
         elif name == "material" and "angle" in keys:

@@ -258,6 +258,8 @@ class Solid(Drawing):
             angle = chance.choice([0.0, 0.5, 1.0, 1.5, chance.uniform(0, 2)]) * np.pi
             ahead = [d for d in range(3) if d != across]
             keys |= {"tip": self.place(*at()), "direction": [0.0 if d == across else float([np.cos(angle), np.sin(angle)][ahead.index(d)]) for d in range(3)]}
+            if not symmetry and chance.random() < 0.3:                     # with two fronts
+                keys["length"] = chance.uniform(3, 5) * self.cell
         elif keys["front"] == "polygon":
             keys["points"] = [x for _ in range(chance.choice([3, 3, 4])) for x in self.place(*at(1.0))]
         else:
