@@ -639,7 +639,13 @@ contains
    !> mean of E' along its axes.
    pure real(dp) function plane_modulus(self)
       class(material_t), intent(in) :: self
-      plane_modulus = 1/sqrt(self%in_its_axes(1, 1)*self%in_its_axes(2, 2))
-      if (ndim > plane) plane_modulus = 1/(self%in_its_axes(1, 1) - self%in_its_axes(1, ndim)**2/self%in_its_axes(ndim, ndim))
+      real(dp) :: along(ndim)                    ! each axis, of solids in planes with the next one across [Pa]
+      integer :: k
+      associate (s => self%in_its_axes)
+         plane_modulus = 1/sqrt(s(1, 1)*s(2, 2))
+         if (ndim == plane) return
+         along = [(1/(s(k, k) - s(k, modulo(k, ndim) + 1)**2/s(modulo(k, ndim) + 1, modulo(k, ndim) + 1)), k=1, ndim)]
+         plane_modulus = along(1)*product(along/along(1))**(1.0_dp/ndim) ! E' itself where all are alike
+      end associate
    end function plane_modulus
 end module hampm_material
