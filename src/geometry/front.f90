@@ -407,30 +407,36 @@ contains
       holds = is_in_polygon(self%in_plane(x), self%outline)
    end function holds
 
-   !> The region without a margin along its possible fronts.
+   !> The region without a margin along its possible fronts, which are edges that run inside the box of the material: it opens at
+   !> sides on which an edge lies.
    pure function shrunk(self, by) result(region)
       class(region_t), intent(in) :: self
       real(dp), intent(in) :: by                 !! its width [m]
       type(region_t) :: region
-      real(dp) :: normal(2, size(self%outline, 2)), margin(size(self%outline, 2))
+      real(dp) :: normal(2, size(self%outline, 2)), margin(size(self%outline, 2)), low(2), high(2), from, to
       integer :: n, k
       region%grid_plane_t = self%grid_plane_t
       region%outline = self%outline
       region%may_be_front = self%may_be_front
       region%is_corner = self%is_corner
       n = size(self%outline, 2)
+      low = self%in_plane(self%lower)
+      high = self%in_plane(self%upper)
       do k = 1, n
          normal(:, k) = outward_normal(self%outline, k)
-         margin(k) = merge(by, 0.0_dp, self%may_be_front(k))
+         associate (tolerance => rounding*norm(high - low))
+            call clip_segment(self%outline(:, k), self%outline(:, modulo(k, n) + 1), low + tolerance, high - tolerance, from, to)
+         end associate
+         margin(k) = merge(by, 0.0_dp, self%may_be_front(k) .and. (to > from .or. .not. any(high > low)))
       end do
       do k = 1, n                                ! to where the edges on either side meet then
          associate (a => normal(:, modulo(k - 2, n) + 1), b => normal(:, k), of_a => margin(modulo(k - 2, n) + 1), &
                     of_b => margin(k))
-            if (abs(of_a - of_b) > 0) then
+            if (self%is_corner(k) .and. abs(of_a - of_b) > 0 .and. abs(dot_product(a, b)) < smooth) then
                region%outline(:, k) = region%outline(:, k) - &
                   ((of_a - dot_product(a, b)*of_b)*a + (of_b - dot_product(a, b)*of_a)*b)/(1 - dot_product(a, b)**2)
             else if (dot_product(a, b) > -0.9_dp) then
-               region%outline(:, k) = region%outline(:, k) - of_a*(a + b)/(1 + dot_product(a, b))
+               region%outline(:, k) = region%outline(:, k) - max(of_a, of_b)*(a + b)/(1 + dot_product(a, b))
             end if
          end associate
       end do
