@@ -129,6 +129,8 @@ def check_scene(scene, case):
     """The case has a crack, and is one in which G is the change of the strain energy."""
     if not scene.count("crack"):
         raise ResultError(f"{case}: has no group &crack, so there is no tip to move")
+    if len(scene.numbers("crack", "tip")) != 2:
+        raise ResultError(f"{case}: its crack has no key 'tip' to move; give it as kind = 'symmetry', 'line' or 'plane' with front = 'straight'")
     if not scene.count("load"):
         raise ResultError(f"{case}: has no group &load, so there is no constant load that stores energy")
     for n in range(1, scene.count("material") + 1):

@@ -2,10 +2,10 @@
 module hampm_crack_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: last_point
-   use hampm_crack_placement, only: path_at
+   use hampm_crack_placement, only: is_fixed, path_at
    use hampm_path_consistency, only: check_path_radii
    use hampm_path_placement, only: path_tip
-   use hampm_placement, only: tolerance, upper_corner, nearest_node, within, on_node, on_face, point_text
+   use hampm_placement, only: tolerance, upper_corner, nearest_node, on_node, on_face, point_text
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
@@ -82,28 +82,13 @@ contains
       do normal = 1, ndim
          if (abs(model%paths(1)%direction(normal)) <= 0) exit
       end do
-      if (.not. (is_held(model, node(model, 0), normal) .and. is_held(model, node(model, 1), normal))) &
+      if (.not. (is_fixed(model, node(model, 0), normal) .and. is_fixed(model, node(model, 1), normal))) &
          call settings%complain(entry, 'tip', 'the nodes at the tip and one cell ahead must be held in '// &
                                 axis(normal:normal)//' by a &constraint, for kind = ''symmetry''')
-      if (is_held(model, node(model, -1), normal)) &
+      if (is_fixed(model, node(model, -1), normal)) &
          call settings%complain(entry, 'tip', 'the node one cell behind the tip must not be held in '// &
                                 axis(normal:normal)//' by a &constraint, for kind = ''symmetry''')
    end subroutine check_symmetry
-
-   !> Whether a constraint holds one component of the node at a position.
-   pure logical function is_held(model, position, component)
-      type(model_t), intent(in) :: model
-      real(dp), intent(in) :: position(ndim)
-      integer, intent(in) :: component
-      integer :: i
-      is_held = .false.
-      do i = 1, size(model%constraints)
-         associate (constraint => model%constraints(i))
-            if (.not. constraint%fixed(component)) cycle
-            is_held = is_held .or. within(position, position, constraint%lower, constraint%upper, tolerance(model%grid))
-         end associate
-      end do
-   end function is_held
 
    !> Outputs of the energy release rate need a crack, and a reference needs its model.
    pure subroutine check_energy_release(model, settings, has_geometry)

@@ -16,7 +16,7 @@ module hampm_crack_placement
    implicit none
    private
    public :: distance_in_material, body_at, least_radius, domain_radii, is_covered, held_ahead, covered_radius, &
-             distance_to_loads, distance_to_constraints, path_at, is_other_within, is_layer, sides_of_tip, face_normal, &
+             distance_to_loads, distance_to_constraints, path_at, is_fixed, is_other_within, is_layer, sides_of_tip, face_normal, &
              distance_to_others, layer_around, finest_cell, region_in, take_toughness
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
@@ -299,6 +299,16 @@ contains
          end associate
       end do
    end function distance_to_constraints
+
+   !> Whether a constraint fixes a component at a place.
+   pure logical function is_fixed(model, x, component)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer, intent(in) :: component
+      integer :: i
+      is_fixed = any([(model%constraints(i)%fixed(component) .and. within(x, x, model%constraints(i)%lower, &
+                       model%constraints(i)%upper, tolerance(model%grid)), i=1, size(model%constraints))])
+   end function is_fixed
 
    !> Length ahead of a place on a symmetry plane, in the direction of its crack, along which constraints hold the plane [m].
    pure real(dp) function held_ahead(model, place) result(distance)

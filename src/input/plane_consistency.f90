@@ -4,10 +4,10 @@ module hampm_plane_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
    use hampm_crack_groups, only: crack_spec_t
-   use hampm_crack_placement, only: body_at, finest_cell, region_in
+   use hampm_crack_placement, only: body_at, finest_cell, is_fixed, region_in
    use hampm_front, only: front_t, region_t, region_of, find_fronts, plane_axes, room_of
    use hampm_model, only: model_t, has_shapes
-   use hampm_placement, only: tolerance, within
+   use hampm_placement, only: tolerance
    use hampm_polygon, only: find_crossing
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text, point_text, three_digits
@@ -222,16 +222,13 @@ contains
       type(front_t), intent(in) :: fronts(:)
       integer, intent(in) :: axis
       real(dp) :: x(ndim)
-      integer :: k, i, c, ahead
+      integer :: k, i, ahead
       is_held = .true.
       do k = 1, size(fronts)
          do i = 1, fronts(k)%n()
             do ahead = 0, 1
                x = fronts(k)%at(:, i) + ahead*model%grid%cell/2*fronts(k)%outward(:, i)
-               if (body_at(model, x) > 0) is_held = is_held .and. &
-                  any([(model%constraints(c)%fixed(axis) .and. within(x, x, model%constraints(c)%lower, &
-                                                                      model%constraints(c)%upper, tolerance(model%grid)), &
-                        c=1, size(model%constraints))])
+               if (body_at(model, x) > 0) is_held = is_held .and. is_fixed(model, x, axis)
             end do
          end do
       end do
