@@ -147,7 +147,7 @@ def test_growth_of_a_slab(tmp_path, name):
 
 @pytest.mark.parametrize("dimensions", [2, 3])
 def test_a_plane_is_a_line_or_a_path(tmp_path, dimensions):
-    """The same numbers to the byte by other names: a half plane is a line, between two tips a disc is a path, and in solids a strip is a polygon."""
+    """The same numbers by other names: a half plane is a line, between two tips a disc is a path, and in solids a strip is a polygon."""
     found = []
     if dimensions == 2:
         scenes = [(NODE, "kind = 'line'  tip = 9.0e-3, 0.0"), (DISC, "kind = 'path'  points = 6.0e-3, 0.0, 14.0e-3, 0.0"),
