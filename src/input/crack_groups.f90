@@ -48,7 +48,7 @@ module hampm_crack_groups
 
 contains
 
-   !> Take all groups of this name. Wrong or missing values are 0 or empty, and an odd number of coordinates leaves the last one out.
+   !> Take all groups of this name. Wrong or missing values are 0 or empty; an odd number of coordinates leaves the last one out.
    !> Straight cracks of the plane have only their tip until their length is known.
    pure subroutine fill_cracks(settings, cracks)
       type(settings_t), intent(in) :: settings
