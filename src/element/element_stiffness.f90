@@ -223,7 +223,8 @@ contains
       end do
    end function moduli_of
 
-   !> Change of the stress by a small change of H [Pa], both with a column of the hoop (no direction 2) if axisymmetric.
+   !> Change of the stress by a small change of H [Pa], both with a column of the hoop (no direction 2) if axisymmetric; without
+   !> it H_33 stays.
    pure function change_of_stress(material, h, dh, old_state, hoop) result(change)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
@@ -233,7 +234,7 @@ contains
       real(dp) :: change(ndim, size(dh, 2)), in_plane(ndim, ndim)
       in_plane = dh(:, :ndim)
       if (size(dh, 2) == ndim) then
-         change = material%first_piola_change(h, in_plane, old_state)
+         change = material%first_piola_change(h, in_plane, old_state, hoop, 0.0_dp)
       else
          change(:, :ndim) = material%first_piola_change(h, in_plane, old_state, hoop, dh(1, ndim + 1))
          change(:, ndim + 1) = 0

@@ -223,15 +223,17 @@ SQUEEZED = """\
 """
 
 
-@pytest.mark.parametrize("dim, scheme, law", [(2, "musl", "neo_hookean"), (2, "usl", "neo_hookean"), (2, "musl", "mooney_rivlin"), (3, "musl", "neo_hookean"),
-                                              (3, "usl", "mooney_rivlin")])
+@pytest.mark.parametrize("dim, scheme, law", [("strain", "musl", "neo_hookean"), ("strain", "usl", "neo_hookean"), ("strain", "musl", "mooney_rivlin"), (3, "musl", "neo_hookean"),
+                                              (3, "usl", "mooney_rivlin"), ("axisymmetric", "musl", "neo_hookean"), ("axisymmetric", "usl", "mooney_rivlin")])
 def test_the_default_step_counts_how_stiff_material_gets(hampm, hampm3d, dim, scheme, law):
-    """A block that is squeezed to half of its length: waves are 2.4 times as fast in the end. Short steps end with the same force."""
+    """A block that is squeezed to half of its length, or a cylinder to half of its radius: waves are 2.4 times as fast in the end. Short steps end with the same force."""
     flat, thick, zero, cell = (", -0.004", ", 0.004", ", 0.0", "0.004  cells = 7, 6, 4") if dim == 3 else ("", "", "", "0.002  cells = 13, 12")
     text = SQUEEZED.format(flat=flat, thick=thick, cell=cell, zero=zero, scheme=scheme, law=law + ("'  c01 = 0.4e5 !" if law == "mooney_rivlin" else ""), courant="{}")
     text = text.replace("'  c01 = 0.4e5 !'", "'  c01 = 0.4e5 ")
-    if dim == 2:
-        text = text.replace("&run", "&run plane = 'strain' ")
+    if dim != 3:
+        text = text.replace("&run", f"&run plane = '{dim}' ")
+    if dim == "axisymmetric":
+        text = text.replace("lower = -0.004, -0.012", "lower = 0.0, -0.012").replace("cells = 13", "cells = 12")
     by_default, short = (run(hampm3d if dim == 3 else hampm, text.format(courant)) for courant in (0.0, 0.1))
     assert by_default["step"][-1] < 0.6 * short["step"][-1]
     assert by_default["reaction_plate_x"][-1] == pytest.approx(short["reaction_plate_x"][-1], rel=2e-3)
