@@ -25,7 +25,8 @@ module hampm_part_supports
    real(dp), parameter :: across = 0.42_dp       !! across the edge
    real(dp), parameter :: aside = 0.3_dp         !! along the end of the support, in solids and where a box has a width
    real(dp), parameter :: beyond = 0.25_dp       !! of the distance of nodes, by energies of plates whose support ends there
-   real(dp), parameter :: least = 1e-3_dp        !! of the distance of nodes, within which a box ends at a node
+   real(dp), parameter :: least = 1e-3_dp        !! of the distance of nodes: a box that ends nearer beyond a node ends there, nearer
+                                                 !! before one is so far from it
 
 contains
 
@@ -50,8 +51,8 @@ contains
                   from = end_of_held(c%node(i), d, way(d))
                   to = end_of_held(nodes(j), d, way(d))
                   part = (box%reach(d, e) - from)/(to - from)
-                  if (part < least .or. part > 1 - least) cycle
-                  call add_springs(interfaces, m, c, k, c%node(i), nodes(j), d, part)
+                  if (part < least .or. part > 1) cycle
+                  call add_springs(interfaces, m, c, k, c%node(i), nodes(j), d, min(part, 1 - least))
                end do
             end do
          end associate
@@ -76,7 +77,10 @@ contains
          real(dp), intent(in) :: corners(ndim, 2) !! [m]
          real(dp) :: at(ndim, 2)                 ! [their nodes]
          at = (corners - spread(m%grid%forest%lower, 2, 2))/m%grid%forest%cell*merge(2, 1, m%grid%is_quadratic())
-         ends = any(abs(at - anint(at)) > least .and. spread(corners(:, 2) - corners(:, 1) > m%grid%forest%tolerance(), 2, 2))
+         associate (tolerance => m%grid%forest%tolerance())
+            ends = any(abs(at - anint(at)) > tolerance/m%grid%forest%cell .and. &
+                       spread(corners(:, 2) - corners(:, 1) > tolerance, 2, 2))
+         end associate
       end function ends_between_nodes
    end subroutine hold_ends_of_supports
 
