@@ -133,10 +133,11 @@ contains
       type(load_spec_t), intent(in) :: load
       integer, intent(in) :: entry                 !! position of the group
       type(settings_t), intent(inout) :: settings
-      real(dp) :: tol, normal(ndim)
+      real(dp) :: tol, normal(ndim), axis
       logical :: found, misses
       integer :: i, sides
       tol = tolerance(model%grid)
+      axis = merge(tol, -huge(tol), model%run%plane == 'axisymmetric')  ! up to where edges are on it [m]
       call check_face(model, load, entry, settings, misses)
       if (misses) return
       if (load%of_outlines /= 1 .and. settings%good(entry, 'side')) then
@@ -149,7 +150,8 @@ contains
       end if
       found = load%face /= 'none'
       call find_edge_normal(model, load, normal, sides)
-      if (any(load%kind == [character(9) :: 'traction', 'pressure', 'absorbing'])) found = found .or. sides > 0
+      if (any(load%kind == [character(9) :: 'traction', 'pressure', 'absorbing'])) found = found .or. &
+         sides > 0 .and. load%upper(1) > axis
       do i = 1, size(model%bodies)
          associate (body => model%bodies(i))
             select case (load%kind)
@@ -157,8 +159,11 @@ contains
                found = found .or. body%holds(load%lower, tol)
              case ('traction', 'pressure', 'absorbing')
                if (body%outline%is_there()) then
-                  found = found .or. size(body%outline%parts_in_box(load%lower, load%upper, tol, model%grid%lower, &
-                                                                    model%grid%cell, load%side)) > 0
+                  associate (parts => body%outline%parts_in_box(load%lower, load%upper, tol, model%grid%lower, &
+                                                                model%grid%cell, load%side))
+                     found = found .or. any(parts%middle(1) > axis)
+                     if (any(parts%middle(1) <= axis)) sides = max(sides, 1)
+                  end associate
                end if
              case ('body')
                found = found .or. body%area_in(load%lower, load%upper) > 0
@@ -171,6 +176,9 @@ contains
          if (sides > 1 .and. any(load%kind == [character(9) :: 'pressure', 'absorbing'])) &
             call settings%complain(entry, 'lower', 'the line up to '//point_text(load%upper)// &
                                    ' is the edge of bodies on both sides: '//trim(load%kind)//' loads act on a free edge')
+      else if (any(load%kind == [character(9) :: 'traction', 'pressure', 'absorbing']) .and. sides > 0) then
+         call settings%complain(entry, 'kind', 'the edge is on the axis, where it has no area: a force there is of kind '// &
+                                '= ''point''')
       else if (load%kind == 'point') then
          call settings%complain(entry, 'lower', 'the point of a load must be in or on a body')
       else if (load%kind == 'body') then

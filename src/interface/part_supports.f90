@@ -25,8 +25,8 @@ module hampm_part_supports
    real(dp), parameter :: across = 0.42_dp       !! across the edge
    real(dp), parameter :: aside = 0.3_dp         !! along the end of the support, in solids and where a box has a width
    real(dp), parameter :: beyond = 0.25_dp       !! of the distance of nodes, by energies of plates whose support ends there
-   real(dp), parameter :: least = 1e-3_dp        !! of the distance of nodes: a box that ends nearer beyond a node ends there, nearer
-                                                 !! before one is so far from it
+   real(dp), parameter :: least = 1e-3_dp        !! of the distance of nodes: a box that ends nearer beyond a node ends there,
+                                                 !! nearer before one is so far from it
 
 contains
 

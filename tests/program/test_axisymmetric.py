@@ -370,3 +370,13 @@ def test_what_no_ring_has_is_refused(hampm, setting, message):
     text = scene(2, 0.25, (6, 5), "&body material = 'm'  lower = 0, 0  upper = 1, 1  points_per_cell = 3 /", "&load kind = 'gravity'  acceleration = 0, 1 /",
                  method="time = 'explicit'  mass = 'consistent'")
     assert message in run(hampm, text, setting, code=2)
+
+
+@pytest.mark.parametrize("load", ["kind = 'traction'  lower = 0, 0.4  upper = 0, 1  force = 0, 1", "kind = 'pressure'  lower = 0, 0  upper = 0, 1  pressure = 1",
+                                  "kind = 'traction'  side = 4  force = 0, 1"])
+def test_an_edge_on_the_axis_has_no_area_to_be_loaded(hampm, load):
+    """A traction there was none, with external_work that is no number."""
+    text = scene(1, 0.25, (4, 4), "&body material = 'm'  lower = 0, 0  upper = 1, 1 /", f"&constraint lower = 0, 0  upper = 1, 0  fix = 'xy' /\n&load {load} /")
+    assert "the edge is on the axis" in run(hampm, text, code=2)
+    assert np.isfinite(run(hampm, text.replace("side = 4", "side = 3").replace("lower = 0, 0.4  upper = 0, 1", "lower = 0, 1  upper = 1, 1").replace(
+        "lower = 0, 0  upper = 0, 1  press", "lower = 1, 0  upper = 1, 1  press"))["external_work"][-1])
