@@ -64,6 +64,27 @@ def copy_of(scene):
     return [[name, {key: list(value) if isinstance(value, list) else value for key, value in keys.items()}] for name, keys in scene]
 
 
+def mouths(scene):
+    """Of cracks with names that end at edges of rectangles: the name, the axis across the edge, its place along that, the ends of the edge and the place of the mouth between them."""
+    found = []
+    for crack in groups(scene, "crack"):
+        if "name" not in crack or "length" in crack:
+            continue
+        points = crack.get("points") or [x - 1e4 * d for x, d in zip(crack["tip"], crack["direction"])] + crack["tip"]
+        for body in groups(scene, "body"):
+            if len(points) < 4 or body.get("shape", "rectangle") != "rectangle":
+                continue
+            for axis, side, at in [(axis, side, 0) for axis in (0, 1) for side in ("lower", "upper")] + [(axis, side, -4) for axis in (0, 1) for side in ("lower", "upper")]:
+                line, place = points[at:][:4], body[side][axis]
+                across, along = line[axis::2], line[1 - axis::2]
+                if (across[0] - place) * (across[1] - place) < 0:
+                    mouth = along[0] + (place - across[0]) / (across[1] - across[0]) * (along[1] - along[0])
+                    low, high = body["lower"][1 - axis], body["upper"][1 - axis]
+                    if low < mouth < high:
+                        found.append((crack["name"], axis, place, low, high, mouth))
+    return found
+
+
 class Drawing:
     """One scene as it is drawn: what its groups have to agree on."""
 
@@ -574,7 +595,36 @@ class Drawing:
             chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
         self.part_at_crack(scene)
         self.grade(scene)
+        self.end_anywhere(scene)
         return scene + self.probes(scene)
+
+    def end_anywhere(self, scene):
+        """Lets boxes of supports on edges, of loads on edges and of body loads end between nodes, and presses edges up to mouths of cracks, and the faces there."""
+        chance = self.chance
+        for name, keys in scene:
+            flat = {"lower", "upper"} <= set(keys) and sum(a == b for a, b in zip(keys["lower"], keys["upper"])) == 1
+            if name == "constraint" and flat and keys.get("name") != "plane" and chance.random() < 0.25 or name == "load" and keys["kind"] in ("traction", "pressure") and flat and chance.random() < 0.3:
+                self.shorten(keys, chance.choice([d for d, (a, b) in enumerate(zip(keys["lower"], keys["upper"])) if a != b]))
+            elif name == "load" and keys["kind"] == "body" and "upper" in keys and chance.random() < 0.7:
+                for axis in range(len(keys["lower"])):
+                    self.shorten(keys, axis)
+        found = mouths(scene)
+        if found and chance.random() < 0.5:
+            crack, axis, place, low, high, mouth = chance.choice(found)
+            pressure = {"kind": "pressure", "pressure": chance.choice([-1, 1, 1]) * self.strain * self.young}
+            ends = chance.choice([(low, mouth), (mouth, high), (chance.uniform(low, mouth), chance.uniform(mouth, high))])
+            edge = {key: [place, end] if axis == 0 else [end, place] for key, end in zip(("lower", "upper"), ends)}
+            at = max(k for k, (name, _) in enumerate(scene) if name == "crack") + 1
+            scene[at:at] = [["load", pressure | where] for where in chance.choice([[edge], [{"on": "crack", "crack": crack}], [edge, {"on": "crack", "crack": crack}]])]
+
+    def shorten(self, keys, axis):
+        """Lets a box begin or end anywhere along an axis."""
+        chance, low, high = self.chance, keys["lower"][axis], keys["upper"][axis]
+        if high - low < 1.5 * self.cell:
+            return
+        parts = chance.choice([(0.0, chance.uniform(0.3, 0.9)), (chance.uniform(0.1, 0.7), 1.0), (chance.uniform(0.05, 0.4), chance.uniform(0.6, 0.95))])
+        for end, part in zip(("lower", "upper"), parts):
+            keys[end] = [low + part * (high - low) if d == axis else x for d, x in enumerate(keys[end])]
 
     def part_at_crack(self, scene):
         """Makes two bodies of two materials of one, with a crack along grid lines between them."""

@@ -174,6 +174,8 @@ def isometric_columns(row, q, normal=None):
             angle = np.radians(values)
             ahead = q @ np.array([np.cos(angle), np.sin(angle)])
             found[column] = np.degrees(np.arctan2(ahead[1], ahead[0]))
+        elif name.endswith(("_x_error", "_y_error", "_z_error")):
+            found[column] = row[column.replace(name, name[:-7] + "xyz"[axis_of(q, "xyz".index(name[-7]))] + "_error")]
         elif name.endswith(("_x", "_y", "_z")):
             axis = "xyz".index(name[-1])
             other = axis_of(q, axis)
@@ -245,14 +247,14 @@ def times_loads(scene, factor, keep=lambda name, number: True):
 def times_loads_columns(row, units, factor):
     """Of a linear scene: what is quadratic, what is linear, and what stays. Where a crack grows at rest, its drive is the toughness: the load factor changes."""
     if "load_factor" in row:
-        return {column: values / factor if column == "load_factor" else values for column, values in row.items()}
+        return {column: values / factor if column in ("load_factor", "load_factor_error") else values for column, values in row.items()}
     power = {"J": 2, "J/m2": 2, "kg m/s": 1, "kg m2/s": 1, "N": 1, "Pa m^0.5": 1, "Pa": 1, "m3": 1}
     found = {}
     for column, values in row.items():
         n = power.get(units[column], 0)
         if family(column) in OPENINGS or column.startswith(LINEAR):
             n = 1
-        found[column] = values * (abs(factor) if family(column).endswith("_error") else factor) ** n
+        found[column] = values * (abs(factor) if "_error" in family(column) else factor) ** n
     return found
 
 

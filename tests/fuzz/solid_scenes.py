@@ -367,6 +367,8 @@ class Solid(Drawing):
             key = chance.choice(list(CHOICES[name]))
             chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
         self.grade(scene)
+        if not self.measured and self.crack != "symmetry":
+            self.end_anywhere(scene)
         return self.grow_at_rest(scene + self.probes(scene))
 
     def grow_at_rest(self, scene):
