@@ -16,7 +16,7 @@ from opinion_solve import Problem
 
 SETTLED, COARSE = 3.0, 0.01    # and by this part of the largest value of that kind, as differences of few cells tell little
 FLOOR = 1e-5            # of the own error, over the value
-NOTHING = 1e-9          # over the largest value of that kind: rounding
+NOTHING = 1e-9          # over the largest value of that kind, or what it would be at the stress of all that acts: rounding
 BESIDE = 2.0            # distance of a tip within which no stress or strain is judged [cells]
 FACE = 2e-3             # beside a crack, from where values are continued to its faces [cells]
 
@@ -42,6 +42,8 @@ class Answer:
         self.scene, self.mesh, self.values, self.unknown = scene, mesh, {}, {}
         self.solution = solution = Problem(scene, mesh, order).solve()
         self.size = max(np.abs(one.vec.FV().NumPy()[:len(mesh.nodes)]).max() for one in (solution.ux, solution.uy)) or 1.0
+        self.spread = {}
+        self.stress = max(natural_stresses(scene, mesh.size))
         self.refuse_pressed()
         self.tips(order, rings)
         self.wholes()
@@ -52,7 +54,9 @@ class Answer:
                 self.unknown[keys["name"]] = str(reason)
 
     def add(self, column, kind, value, unit, scale=0.0):
-        self.values[column] = kind, value * unit, scale * unit
+        """Adds a value; what is far below the stress of all that acts at any time is rounding."""
+        least = self.stress**2 if kind in ("J", "energy", "work") or kind.startswith("G") else self.stress
+        self.values[column] = kind, value * unit, scale * unit, NOTHING * max(abs(scale), least * self.mesh.size) * abs(unit)
 
     def side(self, place, crack, left):
         """The displacement of a face of a crack at a place on it."""
@@ -79,8 +83,10 @@ class Answer:
     def tips(self, order, rings):
         """G, J and K of all tips."""
         scene, number = self.scene, 0
+        if self.solution.gives_way:
+            self.unknown["G, J, K"] = "supports at points that give way"
+            return
         tips = [tip for crack in scene.cracks for tip in crack.tips]
-        self.spread = {}
         found = []
         for tip, room, seam in zip(tips, self.mesh.rooms, self.mesh.seams):
             number += 1
@@ -121,7 +127,7 @@ class Answer:
         self.add("strain_energy", "energy", solution.strain_energy, force * scene.cell, solution.strain_energy)
         if not eigen:
             self.add("external_work", "work", solution.external_work, force * scene.cell, solution.strain_energy)
-        acting = [np.abs(load.value * load.factors[-1]).max() for load in scene.loads if load.kind in ("traction", "point", "body")]
+        acting = [np.abs(load.value).max() * np.abs(load.factors).max() for load in scene.loads if load.kind in ("traction", "point", "body")]
         acting += [abs(value) for one in solution.reactions.values() for value in one.values()]
         scale = max([*acting, solution.strain_energy / self.size])
         for number, reaction in solution.reactions.items():
@@ -208,22 +214,30 @@ class Answer:
             self.add(f"volume_{name}", "volume", volume, scene.cell**2 * scene.thickness, self.size * np.linalg.norm(crack.points[-1] - crack.points[0]))
 
 
+def natural_stresses(scene, size):
+    """Of each eigenstrain, load and motion, without its history, what stress there is about, in the units of the scene."""
+    parts = {"traction": 1 / size, "point": 1 / size, "body": 1 / size, "gravity": size * max(body.material.density for body in scene.bodies)}
+    yield from (np.abs(body.eigenstrain).max() for body in scene.bodies)
+    yield from (np.abs(load.value).max() * parts.get(load.kind, 1.0) for load in scene.loads)
+    yield from (np.abs(hold.moved).max() / size for hold in scene.holds)
+
+
 def answers(scene, order):
-    """What elements of an order say, with what the order before it says less: {column: (kind, value, error, scale)}, and what is left out and why."""
+    """What elements of an order say, with what the order before it says less: {column: (kind, value, error, scale, rounding)}, and what is left out and why."""
     mesh = build(scene)
     low, high = Answer(scene, mesh, order - 1, integrals.RINGS[1:2]), Answer(scene, mesh, order)
     found = {}
-    for column, (kind, value, scale) in high.values.items():
+    for column, (kind, value, scale, rounding) in high.values.items():
         if column in low.values:
-            error = abs(value - low.values[column][1]) + high.spread.get(column, 0.0) + FLOOR * abs(value) + NOTHING * abs(scale)
-            found[column] = kind, value, error, scale
+            error = abs(value - low.values[column][1]) + high.spread.get(column, 0.0) + FLOOR * abs(value) + rounding
+            found[column] = kind, value, error, scale, rounding
     return found, high.unknown
 
 
 def table(found, row, finer_row):
     """All quantities that both have, with their verdicts."""
     rows = []
-    for column, (kind, value, error, scale) in found.items():
+    for column, (kind, value, error, scale, rounding) in found.items():
         if column not in row or np.isnan(row[column]):
             continue
         name, _, tip = column.partition("_tip")
@@ -237,6 +251,6 @@ def table(found, row, finer_row):
                 continue
             bar = SETTLED * abs(finer_row[column] - its) + COARSE * abs(scale)
         off = abs(its - value)
-        verdict = "agree" if off <= bar + error + NOTHING * abs(scale) else "disagree"
+        verdict = "agree" if off <= bar + error + rounding else "disagree"
         rows.append(Row(column, kind, its, bar, value, error, has_bar, verdict))
     return rows

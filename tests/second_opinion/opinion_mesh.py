@@ -33,6 +33,7 @@ class Mesh:
     rooms: list            # of tips: radius without anything but the crack; None where it cannot be measured in one material
     seams: list            # of tips: whether it runs between two bodies
     nodes: np.ndarray
+    size: float            # of all bodies
 
     def materials(self, wanted):
         """The region of the parts of which `wanted` is true."""
@@ -86,7 +87,9 @@ class Geometry:
         for body in scene.bodies:
             if body.at:
                 along = FAR * np.array([-body.direction[1], body.direction[0]])
-                lines += [(at * body.direction - along, at * body.direction + along) for at in body.at]
+                there = [piece[1:] for piece in scene.pieces() if piece[0] == "line"] + lines[:]      # glued to one along it edges would be twice there
+                lines += [(at * body.direction - along, at * body.direction + along) for at in body.at
+                          if not any(abs(a @ body.direction - at) + abs(b @ body.direction - at) < NEAR for a, b in there)]
         extra = [line for line in (Segment((*a, 0), (*b, 0)) * material for a, b in lines) if len(line.edges)]
         extra += [Vertex((*one.lower, 0)) for one in self.boxes if is_point(one) and scene.material_at(one.lower) is not None]
         self.shape = Glue([*self.faces, *extra]) if extra else material
@@ -145,7 +148,7 @@ class Geometry:
             place = np.array([vertex.p.x, vertex.p.y])
             near = [room for tip, room in zip(tips, rooms) if np.linalg.norm(place - tip) < 1e-5]
             vertex.maxh = TIP * max(near[0], 0.05) if near else (SHARP if self.is_sharp(place) else CORNER) * self.size
-        for tip, room in zip(tips, rooms):
+        for tip, room in zip(tips, (max(room, 0.05) for room in rooms)):
             sizes += [(*(tip + part * room * np.array([math.cos(t), math.sin(t)])), IN_RING * part * room) for part in (0.3, 0.5, 0.7, 0.9) for t in np.linspace(-3, 3, 18)]
         for _, middle, radius in (piece for piece in self.scene.pieces() if piece[0] == "arc"):
             sizes += [(*(middle + radius * np.array([math.cos(t), math.sin(t)])), ON_ARC * radius) for t in np.linspace(0, 2 * math.pi, 24, endpoint=False)]
@@ -300,7 +303,7 @@ def build(scene):
                 names[key] = mesh.AddRegion(f"b{len(names)}", dim=1)
             mesh.Add(netgen.Element1D([ids[new[t][k]], ids[new[t][(k + 1) % 3]]], index=names[key]))
     mesh = ng.Mesh(mesh)
-    return Mesh(mesh, list(parts), list(names), [room for room, _ in found], [seam for _, seam in found], places)
+    return Mesh(mesh, list(parts), list(names), [room for room, _ in found], [seam for _, seam in found], places, geometry.size)
 
 
 def edge_key(ends, is_outer, crack, middle, scene, arcs):
@@ -316,7 +319,8 @@ def edge_key(ends, is_outer, crack, middle, scene, arcs):
     if scene.ring and max(ends[:, 0]) < NEAR:
         arc = AXIS
     holds = tuple(k for k, one in enumerate(scene.holds) if within(at, one.lower, one.upper))
-    loads = tuple(k for k, one in enumerate(scene.loads) if is_outer and one.kind in ("traction", "pressure") and within(at, one.lower, one.upper))
+    loads = tuple(k for k, one in enumerate(scene.loads) if is_outer and one.kind in ("traction", "pressure")
+                  and (one.lower is None or within(at, one.lower, one.upper)) and (one.side is None or distance(at, one.side) < NEAR))
     return holds, loads, None, "", arc
 
 

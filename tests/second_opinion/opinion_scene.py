@@ -111,6 +111,7 @@ class Load:
     factors: list
     crack: str = ""
     name: str = ""
+    side: tuple = None                          # of a polygon, a piece of its outline
 
 
 @dataclass
@@ -345,7 +346,7 @@ class Reader:
         return all(scene.material_at(piece[1] + part * along + side * across) is not None for part in (0.01, 0.3, 0.7, 0.99) for side in (-1, 1))
 
     def holds(self, scene):
-        """Constraints. A box in the material holds what is between the nodes in it."""
+        """Constraints. One that turns holds what is between the nodes in its box."""
         found, times = [], self.times()
         lattice = np.array(self.grid["cells"])
         corner = (np.array(listed(self.grid.get("lower", [0.0, 0.0]))) - self.origin) / self.cell
@@ -355,16 +356,17 @@ class Reader:
             first, last = np.maximum(first, 0) + corner, np.minimum(last, lattice) + corner
             if np.any(last < first - NEAR):
                 raise Outside("a support without nodes")
+            by_nodes = self.by_nodes or keys.get("turns", False)
             inner = [b for body in scene.bodies for b in (body.lower, body.upper)]
             cut = [k for k in range(2) if abs(first[k] - lower[k]) > NEAR and min(b[k] for b in inner) < lower[k] - NEAR or abs(last[k] - upper[k]) > NEAR and max(b[k] for b in inner) > upper[k] + NEAR]
-            if cut and self.one("refine").get("indicator", "none") != "none":
+            if by_nodes and cut and self.one("refine").get("indicator", "none") != "none":
                 raise Outside("a support off the lattice, with refinement")
             moved = np.array(listed(keys.get("displacement", [0.0, 0.0])), float) / self.cell
             speed = np.array(listed(keys.get("velocity", [0.0, 0.0])), float)
             if np.any(speed):
                 raise Outside("a support with a velocity")
-            if np.any(upper - lower < NEAR):                      # on an edge it is the box that was asked for
-                first, last = (first, last) if self.by_nodes else (lower, upper)
+            if not by_nodes:
+                first, last = lower, upper
             found.append(Hold(first, last, ["xy".index(c) for c in keys["fix"]], moved, [factor(keys, t) for t in times], keys.get("turns", False), keys.get("name", ""), bool(cut), (lower + upper) / 2))
         return found
 
@@ -392,8 +394,18 @@ class Reader:
                 if scene.cracks[0].kind == "symmetry":
                     raise Outside("pressure in a crack on a symmetry plane")
                 next(one for one in scene.cracks if one.name == crack).pressure += value * factors[-1]
-            found.append(Load(kind, *box, value, factors, crack, keys.get("name", "")))
+            found.append(Load(kind, *box, value, factors, crack, keys.get("name", ""), self.side(keys)))
         return found
+
+    def side(self, keys):
+        """The side of the first polygon that a load is on, or none."""
+        if "side" not in keys:
+            return None
+        found = [body["points"] for body in self.groups["body"] if body.get("shape") == "polygon" and not body.get("hole")]
+        if not found:
+            raise Outside("a load on a side of a rectangle")
+        points = self.place(found[0])
+        return "line", points[keys["side"] - 1], points[keys["side"] % len(points)]
 
     @staticmethod
     def whole_particles(box, scene):

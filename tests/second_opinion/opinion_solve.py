@@ -75,6 +75,7 @@ class Solution:
     reactions: dict              # of holds by number: force at the end
     displaced: list              # of loads by number: mean displacement by which their force does its work, for each component
     singular: bool               # whether a point carries a load
+    gives_way: bool              # whether points hold more than a rigid motion: how far they give way hangs on the elements
     floats: bool                 # whether displacements are known but for a rigid motion
     body_force: ng.CoefficientFunction
     keep: object = None
@@ -329,7 +330,10 @@ class Problem:
         reactions = {k: {c: ng.InnerProduct(unit[c], r) for c in scene.holds[k].components} for k, unit in enumerate(units)}
         points = [one for one in scene.loads if one.kind == "point" and np.any(one.value) and np.any(one.factors)]
         supports = [k for k, hold in enumerate(scene.holds) if is_point(hold) and max(map(abs, reactions[k].values())) > BALANCED * largest]
+        held = sum(len(hold.components) * (1 if is_point(hold) else 3) for hold in scene.holds if not scene.ring or hold.components != [0]) + scene.ring * sum(
+            0 in hold.components for hold in scene.holds)
+        motions = 1 if scene.ring else 3
         ux, uy = (ng.GridFunction(self.space.components[0]) for _ in range(2))
         ux.vec.FV().NumPy()[:], uy.vec.FV().NumPy()[:] = u.FV().NumPy()[:self.half], u.FV().NumPy()[self.half:]
         displaced = [[ng.InnerProduct(one, u) for one in parts] for _, parts in forces]
-        return Solution(self.fields, ux, uy, energy, work, reactions, displaced, bool(points or supports), bool(self.pins), self.body_force(), self.keep)
+        return Solution(self.fields, ux, uy, energy, work, reactions, displaced, bool(points or supports), bool(supports) and held > motions, bool(self.pins), self.body_force(), self.keep)

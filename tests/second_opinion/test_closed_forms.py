@@ -23,7 +23,7 @@ def answer(tmp_path, text, order=ORDER):
     """What elements say of a model."""
     (tmp_path / "model.nml").write_text(text + "&method time = 'static' /\n")
     scene = read(tmp_path / "model.nml")
-    return {column: value for column, (_, value, _) in Answer(scene, build(scene), order).values.items()}
+    return {column: value for column, (_, value, *_) in Answer(scene, build(scene), order).values.items()}
 
 
 def plate(width, height, crack, material=MATERIAL, plane="stress", more="", tension=1e6):
