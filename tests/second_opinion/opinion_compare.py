@@ -186,7 +186,9 @@ class Answer:
         """Opening, sliding and volume of a crack."""
         scene = self.scene
         of = keys.get("of", [""])
-        crack = next(one for one in scene.cracks if one.name == (of if isinstance(of, str) else of[0]))
+        crack = next((one for one in scene.cracks if one.name == (of if isinstance(of, str) else of[0])), None)
+        if crack is None:
+            raise Outside("a probe of a crack without a name")
         symmetric = crack.kind == "symmetry"
 
         def jump(place, direction):
