@@ -819,7 +819,7 @@ def finer(case):
 
 def ends(case):
     """Boxes of a support or load that end at a node, a hair before and a hair beyond: what nodes they have tells little of what they do."""
-    case.need(case.time in ("static", "implicit") and case.linear and not (case.grows or case.meets or case.contact or case.push) and case.indicator in ("none", "tip"))
+    case.need(case.time in ("static", "implicit") and not (case.cohesion or case.grows or case.meets or case.contact or case.push) and case.indicator in ("none", "tip"))
     grid, found = group(case.scene, "grid"), []
     for number, (name, keys) in enumerate(case.scene):
         if name not in ("constraint", "load") or "side" in keys or not {"lower", "upper"} <= set(keys) or keys.get("turns") or keys.get("name") == "plane":
