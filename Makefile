@@ -34,8 +34,8 @@ release_kernels := -O3 --param inline-unit-growth=100 -finline-limit=1000 -flto
 release_often := -O2 -fpeel-loops -fno-schedule-insns2 --param max-inline-insns-auto=200 -flto
 release_seldom := -Og -ffrontend-optimize
 kernels := $(notdir $(wildcard src/law/*.f90)) $(addsuffix .f90,audit_kernels basis domain_pass element_assembly element_kernels element_stiffness \
-	ghost_penalty grid matching matter mean_force missing_energy nodal_kernels nodal_transfer numbering outline particle_kernels particle_pass pass \
-	recovery rigid_motions sparse stencils stiffness support_pass tensors tip_domain)
+	energy_momentum front_integral ghost_penalty grid matching matter mean_force missing_energy nodal_kernels nodal_transfer numbering outline \
+	particle_kernels particle_pass pass recovery rigid_motions sparse stencils stiffness support_pass tensors tip_domain)
 seldom_folders := input simulation growth setup report output
 seldom := $(addsuffix .f90,absorbing_edges archive balance bodies body_contact closed_faces cohesive_zone constraints crack_errors crack_lines \
 	crack_measurements crack_values cracks domains edge_loads edge_parts error_context estimated_errors estimator estimators failure fatigue_rates \

@@ -4,7 +4,7 @@ module hampm_domain_integral
    use hampm_kinds, only: dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_closed_faces, only: closed_faces_t
-   use hampm_crack_tip, only: frame_along
+   use hampm_energy_momentum, only: ways, sample_t, take_sample, energy_momentum, interaction
    use hampm_interface_points, only: interfaces_t, holds, is_half, is_softening, find_face_force
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
@@ -12,33 +12,12 @@ module hampm_domain_integral
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: norm, cofactors, identity, in_plane, in_space, product_of, quarter_turn, space, trace, unit_tensor, &
-                            volume_change
+   use hampm_tensors, only: norm, in_plane, quarter_turn
    use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
    use hampm_tip_domain, only: tip_domain_t, place_t, places_t, list_places, fill_places
    implicit none
    private
-   public :: domain_integrals, shares_of_modes, sample_t, find_mean_slope, take_sample, interact
-
-   !> Contribution of a particle to the integrals, in the axes of the crack, the first along it, which turn with the material.
-   type :: sample_t
-      real(dp) :: volume                         !! reference volume [m3]
-      real(dp) :: stress(ndim, ndim)             !! P, conjugate to the displacement gradient [Pa]
-      real(dp) :: slope(ndim)                    !! u,1 - c [-]
-      real(dp) :: energy                         !! W, with the work that has been dissipated [J/m3]
-      real(dp) :: divergence(ndim)               !! div P [N/m3]
-      real(dp) :: radius                         !! R [m], and of axisymmetric material
-      real(dp) :: outward(ndim)                  !! the direction of the radius, (e_R)_i
-      real(dp) :: hoop_stress, hoop              !! P_33 [Pa], H_33 [-]
-      real(dp) :: radial_slope                   !! u_R,1 [-]
-      real(dp) :: radial_constant                !! radial component of c in u,1, before it is turned back [-]
-      ! Of graded material
-      logical :: is_graded = .false.
-      real(dp) :: bare_stress(ndim, ndim)        !! P without the pressure on faces [Pa]
-      real(dp) :: energy_rate                    !! W,1 by its explicit dependence on the place [N/m3]
-      real(dp) :: rate(ndim)                     !! gradient of the logarithm of the moduli [1/m]
-      real(dp) :: free_rate(ndim, ndim)          !! change of the strain without stress along the crack [1/m]
-   end type sample_t
+   public :: domain_integrals, shares_of_modes, find_frame, sample_place, weigh
 
    real(dp), parameter :: rounding = 1e-9_dp     !! of q at a point between nodes outside of the domain, where it is 0 [-]
 
@@ -74,7 +53,7 @@ contains
    !> The terms (rho v**2/2) q,1 + rho v_i v_i,1 q of Nakamura, Shih & Freund are the derivative of rho v**2 q/2 along the crack:
    !> for a stationary tip their integral is 0, its numerical value an error, larger than J in a flying body. They are left out.
    subroutine domain_integrals(unturned, problem, factors, p, state, closed, places, j, k, k_uncertainty)
-      type(tip_domain_t), intent(in) :: unturned !! `turn` is found here
+      type(tip_domain_t), intent(in) :: unturned !! its frame is completed here
       type(problem_t), intent(in) :: problem     !! its loads at their places in the grid; those that reach into a disc are on the
                                                  !! faces
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
@@ -85,42 +64,48 @@ contains
       real(dp), intent(out) :: j(:)              !! [J/m2], by radius
       real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
       real(dp), intent(out) :: k_uncertainty(:, :) !! uncertainty by tractions behind a closed tip, (modes, by radius)
-      real(dp) :: by_closed(modes, size(unturned%radius)), c(ndim), carried(ndim), x(ndim), velocity(ndim)
+      real(dp) :: by_closed(modes, size(unturned%radius)), carried(ndim), x(ndim), velocity(ndim)
+      real(dp) :: sums(size(unturned%radius), 0:modes), flux(ways, ndim), source(ways) ! of J and of each mode
       type(sample_t) :: s
       type(tip_domain_t) :: domain
-      integer :: n
+      integer :: n, mode
       domain = unturned
       if (.not. (domain%field%is_at_interface .or. domain%field%is_running)) &
-         domain%field = new_tip_field(domain%material, domain%direction)
+         domain%field = new_tip_field(domain%material, domain%axes(:, 1))
       associate (grid => problem%grid, blocks => problem%blocks)
          call list_places(domain, grid, blocks, p, places)
-         call find_mean_slope(domain, problem%materials, p, places, c)
+         call find_frame(domain, problem%materials, p, places)
          x = 0
          velocity = 0
          carried = 0
          if (domain%field%is_running) carried = mean_velocity(domain, p, places)
          call fill_places(domain, grid, blocks, p, places)
-         j = 0
-         k = 0
+         sums = 0
          k_uncertainty = 0
          by_closed = 0
          do n = 1, size(places%list)
-            associate (place => places%list(n))
-               call take_sample(domain, grid, p, place, problem%materials(p%material(place%particle)), state, c, s)
-               call add_to_j(s, domain, size(j), places%q(1, n), places%dq(1, 1, n), j)
+            associate (place => places%list(n), material => problem%materials(p%material(places%list(n)%particle)))
+               call sample_place(domain, problem, p, place, state, s)
+               call energy_momentum(s, flux, source)
+               call weigh(s%volume, flux, source, size(j), places%q(1, n), places%dq(1, 1, n), sums)
                if (domain%field%is_running) then
                   x = domain%from_tip(p%place_in_grid(place%particle), p%total_frame)
                   velocity = domain%in_axes(p%velocity(place%particle, :)) - carried
                end if
-               call add_to_interaction(s, domain, problem%materials(p%material(place%particle)), place, size(j), places%q(1, n), &
-                                       places%dq(1, 1, n), x, velocity, k)
+               do mode = 1, modes
+                  call interaction(s, domain%frame_t, material, place%unit(:, :, mode), place%unit_stress(:, :, mode), flux, source)
+                  if (domain%field%is_running) call let_run(s, domain, material, mode, place%unit(:, :, mode), x, velocity, source)
+                  call weigh(s%volume, flux, source, size(j), places%q(1, n), places%dq(1, 1, n), sums(1, mode))
+               end do
             end associate
          end do
+         j = sums(:, 0)
+         k = transpose(sums(:, 1:))
          call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, places%nodal, j, k, by_closed, &
                                       k_uncertainty)
          do n = 1, size(problem%loads)
             if (problem%loads(n)%by_mass .or. problem%loads(n)%line > 0) cycle
-            call add_loaded_faces(domain, grid, p, blocks, problem%loads(n), factors(n), places%nodal, c, j, k)
+            call add_loaded_faces(domain, grid, p, blocks, problem%loads(n), factors(n), places%nodal, j, k)
          end do
       end associate
       j = (j + closed%work_at_tip())/domain%thickness
@@ -147,18 +132,17 @@ contains
       if (any(abs(k) > 0)) g = abs(j)*field%shares(k)*sign(1.0_dp, k)
    end function shares_of_modes
 
-   !> Rotation of the material in the discs, zero for laws of small rotation, and the mean of u,1 turned back by it, in the axes of
-   !> the crack [-]. On a symmetry plane the normal stress allows only the component along it to be subtracted.
-   pure subroutine find_mean_slope(domain, materials, p, places, c)
+   !> Complete the frame of a tip by the rotation of the material in the discs, zero for laws of small rotation, and the mean of u,1
+   !> turned back by it. On a symmetry plane the normal stress allows only the component along it to be subtracted.
+   pure subroutine find_frame(domain, materials, p, places)
       type(tip_domain_t), intent(inout) :: domain
       type(material_t), intent(in) :: materials(:)
       type(particles_t), intent(in) :: p
       type(places_t), intent(in) :: places
-      real(dp), intent(out) :: c(ndim)
       real(dp) :: weight, total, mean(ndim, ndim), angle
       logical :: turns
       integer :: n
-      c = 0
+      domain%mu = domain%material%mu
       mean = 0
       total = 0
       turns = .false.
@@ -177,9 +161,9 @@ contains
          domain%turn(:, 1) = in_plane(-2*sin(angle/2)**2, sin(angle))
          domain%turn(:, 2) = in_plane(-sin(angle), -2*sin(angle/2)**2)
       end if
-      c = matmul(turned_back(domain, matmul(mean, domain%direction), domain%direction), frame_along(domain%direction))
-      if (domain%half) c(2) = 0
-   end subroutine find_mean_slope
+      domain%constant(:, 1) = matmul(turned_back(domain, matmul(mean, domain%axes(:, 1)), domain%axes(:, 1)), domain%axes)
+      if (domain%half) domain%constant(2, 1) = 0
+   end subroutine find_frame
 
    !> Mean velocity of the material around a tip over the discs, as c is the mean of u,1, in the axes of the crack [m/s].
    pure function mean_velocity(domain, p, places) result(mean)
@@ -211,170 +195,51 @@ contains
       turned_back = slope + matmul(line, domain%turn)
    end function turned_back
 
-   !> Fields of a particle. The stress of a law for small rotation is of the unrotated gradient, and turned back itself.
-   pure subroutine take_sample(domain, grid, p, place, material, state, c, s)
+   !> Fields of a particle in the discs.
+   pure subroutine sample_place(domain, problem, p, place, state, s)
       type(tip_domain_t), intent(in) :: domain
-      type(grid_t), intent(in) :: grid
+      type(problem_t), intent(in) :: problem
       type(particles_t), intent(in) :: p
       type(place_t), intent(in) :: place
-      type(material_t), intent(in) :: material
       type(nodal_state_t), intent(in) :: state
-      real(dp), intent(in) :: c(ndim)
       type(sample_t), intent(out) :: s
-      real(dp), dimension(ndim, ndim) :: axes, h, turned, stress
-      real(dp), dimension(ndim) :: slope, constant, divergence
-      integer :: d
-      axes = frame_along(domain%direction)
-      associate (i => place%particle, history => p%history_of(place%particle))
-         h = p%gradient_of(i)
-         turned = h
-         do d = 1, ndim
-            if (any(abs(domain%turn) > 0)) turned(:, d) = turned_back(domain, h(:, d), identity(:, d))
-         end do
-         s%radial_slope = dot_product(h(1, :), domain%direction)
-         if (material%is_finite) h = turned
-         divergence = 0
-         do d = 1, grid%n_functions
-            divergence = divergence + place%shape(d)*state%divergence(:, place%point(d))
-         end do
-         s%volume = p%volume(i)
-         slope = turned(:, 1)*domain%direction(1) + turned(:, 2)*domain%direction(2)
-         s%slope = matmul(slope, axes) - c
-         s%hoop = p%hoop_of(i)
-         stress = product_of(material%first_piola_stress(h, history, s%hoop), axes)
-         if (.not. material%is_finite) stress = stress + matmul(transpose(domain%turn), stress)
-         do d = 1, ndim
-            s%stress(1, d) = axes(1, 1)*stress(1, d) + axes(2, 1)*stress(2, d)
-            s%stress(2, d) = axes(1, 2)*stress(1, d) + axes(2, 2)*stress(2, d)
-         end do
-         s%energy = material%energy_density(h, history, s%hoop)
-         if (material%has_history) s%energy = s%energy + material%dissipation(h, history, s%hoop)
-         s%divergence = material%density*domain%in_axes(divergence)
-         ! Energy stored without stress in the plane is constant over the disc: it adds nothing to J but the error of the sums
-         if (material%has_eigenstrain) s%energy = s%energy - material%idle_energy
-         if (domain%is_ring) then
-            s%hoop_stress = material%hoop_stress(h, history, s%hoop)
-            s%radius = p%reference(i, 1)
-            s%outward = axes(1, :)
-            constant = matmul(axes, c) + domain%direction
-            constant = constant + matmul(domain%turn, constant) - domain%direction
-            s%radial_constant = constant(1)
-         end if
-         s%is_graded = material%is_graded()
-         if (s%is_graded) then
-            s%bare_stress = s%stress
-            s%rate = matmul(material%slice%rate*material%slice%direction, axes)
-            s%free_rate = dot_product(material%slice%direction, domain%direction) &
-                          *matmul(transpose(axes), matmul(material%slice%free_rate, axes))
-            s%energy_rate = s%rate(1)*s%energy - sum(s%stress*s%free_rate)
-         end if
-         if (abs(domain%pressure) > 0) call take_off_pressure(domain, material, material%is_finite .or. .not. p%total_frame, &
-                                                              p%gradient_of(i), turned, s)
-      end associate
-   end subroutine take_sample
+      real(dp) :: acceleration(ndim)
+      integer :: k
+      acceleration = 0
+      do k = 1, problem%grid%n_functions
+         acceleration = acceleration + place%shape(k)*state%divergence(:, place%point(k))
+      end do
+      call take_sample(domain%frame_t, problem%materials(p%material(place%particle)), p, place%particle, acceleration, s)
+   end subroutine sample_place
 
-   !> Superpose p I on a particle, as in a body without pressure on faces: its work is p trace(H), or p cof(F) and p (det F - 1) if
-   !> the pressure follows the faces.
-   pure subroutine take_off_pressure(domain, material, follows, h, turned, s)
-      type(tip_domain_t), intent(in) :: domain
-      type(material_t), intent(in) :: material
-      logical, intent(in) :: follows             !! whether it acts on the present faces, else on the initial ones
-      real(dp), intent(in) :: h(ndim, ndim), turned(ndim, ndim) !! displacement gradient, and turned back [-]
-      type(sample_t), intent(inout) :: s
-      real(dp) :: axes(ndim, ndim)
-      real(dp), dimension(space, space) :: f, stress
-      axes = frame_along(domain%direction)
-      if (follows) then
-         f = in_space(identity + turned)
-         f(space, space) = 1 + s%hoop
-         stress = cofactors(f)
-         s%stress = s%stress + domain%pressure*matmul(transpose(axes), matmul(stress(:ndim, :ndim), axes))
-         s%energy = s%energy + domain%pressure*volume_change(f - unit_tensor)
-         s%hoop_stress = s%hoop_stress + domain%pressure*stress(space, space)
-         return
-      end if
-      s%stress = s%stress + domain%pressure*(identity + matmul(transpose(axes), matmul(transpose(domain%turn), axes)))
-      s%energy = s%energy + domain%pressure*trace(h)
-      if (.not. material%is_ring) return
-      s%hoop_stress = s%hoop_stress + domain%pressure
-      s%energy = s%energy + domain%pressure*s%hoop
-   end subroutine take_off_pressure
-
-   !> Add a particle's contribution to B J of each disc.
-   pure subroutine add_to_j(s, domain, radii, q, dq, j)
-      type(sample_t), intent(in) :: s
-      type(tip_domain_t), intent(in) :: domain
+   !> Add a particle's contribution to the integral of each disc.
+   pure subroutine weigh(volume, flux, source, radii, q, dq, sums)
+      real(dp), intent(in) :: volume             !! of the particle [m3]
+      real(dp), intent(in) :: flux(ways, ndim), source(ways) !! factors of q,J and of q
       integer, intent(in) :: radii
       real(dp), intent(in) :: q(radii)           !! at the particle, by radius
       real(dp), intent(in) :: dq(ndim, radii)    !! its gradient [1/m]
-      real(dp), intent(inout) :: j(radii)
-      real(dp) :: flux(ndim), source             ! factors of q,J and of q
+      real(dp), intent(inout) :: sums(radii)
       integer :: r
-      flux = matmul(s%slope, s%stress) - s%energy*identity(:, 1)
-      source = dot_product(s%divergence, s%slope)
-      if (domain%is_ring) source = source + (s%hoop_stress*(s%hoop*s%outward(1) - s%radial_constant) &
-                                             - s%energy*s%outward(1))/s%radius
-      if (s%is_graded) source = source - s%energy_rate
-      flux = s%volume*flux
-      source = s%volume*source
       do r = 1, radii
-         j(r) = j(r) + flux(1)*dq(1, r) + flux(2)*dq(2, r) + source*q(r)
+         sums(r) = sums(r) + volume*(flux(1, 1)*dq(1, r) + flux(1, 2)*dq(2, r) + source(1)*q(r))
       end do
-   end subroutine add_to_j
+   end subroutine weigh
 
-   !> Add a particle's contribution to the interaction with the tip fields of unit K: 2 B/E' K of each disc, in an anisotropic
-   !> material 2 B sum_n Y_mn K_n.
-   pure subroutine add_to_interaction(s, domain, material, place, radii, q, dq, x, velocity, k)
+   !> Change the source of the interaction with a field of a running tip, see `domain_integrals`.
+   pure subroutine let_run(s, domain, material, mode, a, x, velocity, source)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
       type(material_t), intent(in) :: material   !! of the particle
-      type(place_t), intent(in) :: place
-      integer, intent(in) :: radii
-      real(dp), intent(in) :: q(radii)           !! at the particle, by radius
-      real(dp), intent(in) :: dq(ndim, radii)    !! its gradient [1/m]
-      real(dp), intent(in) :: x(ndim), velocity(ndim) !! of a running tip: from the tip [m], and relative to the mean [m/s]
-      real(dp), intent(inout) :: k(modes, radii)
-      real(dp) :: flux(ndim), source             ! factors of q,J and of q
-      integer :: mode, r
-      do mode = 1, modes
-         call interact(s, domain, material, place%unit(:, :, mode), place%unit_stress(:, :, mode), flux, source)
-         if (domain%field%is_running) then
-            source = min(1.0_dp, norm(x)/domain%inner_radius()) &
-                     *(source + material%mu/domain%material%mu*dot_product(domain%field%inertia(mode, x), s%slope))
-            if (norm(x) < domain%inner_radius()) &
-               source = source - material%density*domain%speed*dot_product(velocity, place%unit(:, 1, mode)) &
-                                 *x(1)/(norm(x)*domain%inner_radius())
-         end if
-         flux = s%volume*flux
-         source = s%volume*source
-         do r = 1, radii
-            k(mode, r) = k(mode, r) + flux(1)*dq(1, r) + flux(2)*dq(2, r) + source*q(r)
-         end do
-      end do
-   end subroutine add_to_interaction
-
-   !> Interaction of a particle with a field with free faces, in the material of the tip: the factors of q,J and q.
-   pure subroutine interact(s, domain, material, a, stress_at_tip, flux, source)
-      type(sample_t), intent(in) :: s
-      type(tip_domain_t), intent(in) :: domain
-      type(material_t), intent(in) :: material   !! of the particle
+      integer, intent(in) :: mode
       real(dp), intent(in) :: a(ndim, ndim)      !! displacement gradient of the field
-      real(dp), intent(in) :: stress_at_tip(ndim, ndim) !! and its stress with the constants at the tip
-      real(dp), intent(out) :: flux(ndim), source
-      real(dp) :: axes(ndim, ndim), stress(ndim, ndim)
-      stress = stress_at_tip
-      if (s%is_graded) stress = material%mu/domain%material%mu*stress
-      flux = matmul(a(:, 1), s%stress) + matmul(s%slope, stress) - sum(s%stress*a)*identity(:, 1)
-      source = dot_product(s%divergence, a(:, 1))
-      if (s%is_graded) source = source + dot_product(matmul(stress, s%rate), s%slope) - s%rate(1)*sum(s%bare_stress*a) &
-                                + sum(stress*s%free_rate)
-      if (.not. domain%is_ring) return
-      axes = frame_along(domain%direction)
-      source = source + (s%hoop_stress*dot_product(a(:, 1), s%outward) &
-                         + dot_product(matmul(stress, s%outward), s%slope) - sum(s%stress*a)*s%outward(1) &
-                         - material%stress_across(matmul(axes, matmul(stress, transpose(axes)))) &
-                         *(s%radial_slope - s%hoop*s%outward(1)))/s%radius
-   end subroutine interact
+      real(dp), intent(in) :: x(ndim), velocity(ndim) !! from the tip [m], and relative to the mean [m/s]
+      real(dp), intent(inout) :: source(ways)
+      source = min(1.0_dp, norm(x)/domain%inner_radius()) &
+               *(source + material%mu/domain%material%mu*dot_product(domain%field%inertia(mode, x), s%slope(:, 1)))
+      if (norm(x) < domain%inner_radius()) source = source - material%density*domain%speed*dot_product(velocity, a(:, 1)) &
+                                                             *x(1)/(norm(x)*domain%inner_radius())
+   end subroutine let_run
 
    !> Add faces pressed on each other by interface points to both integrals: the force f of a point against the opening, times the
    !> change of that along the crack, f . [u],1 q for B J and f . [a],1 q for the interaction.
@@ -399,7 +264,7 @@ contains
                   uncertainty(ndim)
       logical :: is_there, is_closed
       integer :: n, i, mode
-      direction = domain%direction
+      direction = domain%axes(:, 1)
       if (.not. total_frame) direction = direction + matmul(domain%turn, direction)
       do n = 1, interfaces%n
          at_point = 0
@@ -439,7 +304,7 @@ contains
    end subroutine add_faces_on_interfaces
 
    !> Add the tractions of a load on the faces to both integrals.
-   pure subroutine add_loaded_faces(domain, grid, p, blocks, load, factor, q, c, j, k)
+   pure subroutine add_loaded_faces(domain, grid, p, blocks, load, factor, q, j, k)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
@@ -447,7 +312,6 @@ contains
       type(load_t), intent(in) :: load
       real(dp), intent(in) :: factor             !! of the load [-]
       real(dp), intent(in) :: q(:, :)            !! at the points of the grid [-], (radii, n_points)
-      real(dp), intent(in) :: c(ndim)
       real(dp), intent(inout) :: j(:), k(:, :)
       real(dp) :: force(ndim), x(ndim), slope(ndim), side, part_of_face, at_point(size(j))
       integer :: n, mode
@@ -460,8 +324,8 @@ contains
             side = sign(1.0_dp, x(2))
             part_of_face = merge(domain%below%part_of_opening, domain%field%part_of_opening, &
                                  side < 0 .and. domain%field%is_at_interface)
-            slope = turned_back(domain, slope_at_face(domain, grid, p, blocks, particle, load%offset(:, n)), domain%direction)
-            j = j - dot_product(force, matmul(slope, frame_along(domain%direction)) - c)*at_point
+            slope = turned_back(domain, slope_at_face(domain, grid, p, blocks, particle, load%offset(:, n)), domain%axes(:, 1))
+            j = j - dot_product(force, matmul(slope, domain%axes) - domain%constant(:, 1))*at_point
             x = domain%from_tip(p%place_in_grid(particle) + load%offset(:, n), p%total_frame)
             do mode = 1, modes
                k(mode, :) = k(mode, :) - 2*part_of_face*side*at_point &
@@ -495,7 +359,7 @@ contains
          do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
             n = n + 1
             term(n, :) = terms_at(p%reference(i, :) - p%reference(particle, :))
-            slopes(n, :) = matmul(p%gradient(i, :, :), domain%direction)
+            slopes(n, :) = matmul(p%gradient(i, :, :), domain%axes(:, 1))
          end do
       end do
       slope = 0
@@ -518,8 +382,8 @@ contains
       pure function terms_at(from_particle) result(terms)
          real(dp), intent(in) :: from_particle(ndim) !! [m]
          real(dp), allocatable :: terms(:)
-         associate (y => dot_product(from_particle, quarter_turn(domain%direction)), &
-                    x => dot_product(from_particle, domain%direction))
+         associate (y => dot_product(from_particle, quarter_turn(domain%axes(:, 1))), &
+                    x => dot_product(from_particle, domain%axes(:, 1)))
             terms = [1.0_dp, y]
             if (domain%quadratic) terms = [1.0_dp, y, x, x*y, y**2, x*y**2]
          end associate

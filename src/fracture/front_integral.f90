@@ -13,24 +13,24 @@
 module hampm_front_integral
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: inside_cell
+   use hampm_energy_momentum, only: ways, plateau, frame_t, sample_t, take_sample, energy_momentum, interaction, weight_at
    use hampm_front, only: front_t
    use hampm_interface_points, only: bonded, energy_of, face_force, find_face_force, is_pressed
    use hampm_material, only: material_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_outline, only: wall_t
    use hampm_problem, only: problem_t
-   use hampm_tensors, only: norm, cofactors, identity, in_space, space, trace, unit_tensor, volume_change
+   use hampm_tensors, only: norm, identity
    implicit none
    private
    public :: front_domain_t, front_place_t, front_integrals, front_modes, along, cell_at, locate
 
    integer, parameter :: front_modes = 3         !! opening, sliding across the front and along it
    real(dp), parameter :: pi = acos(-1.0_dp)
-   real(dp), parameter :: plateau = 0.5_dp       !! part of the radius within which f is 1
    real(dp), parameter :: singular = 1e-3_dp     !! part of a cell within which of the front a particle counts as on it
 
    !> A front, and the domains around it.
-   type :: front_domain_t
+   type, extends(frame_t) :: front_domain_t
       type(front_t) :: front
       type(wall_t), allocatable :: walls(:)      !! at which it may end
       real(dp), allocatable :: radius(:)         !! of the domains, in planes normal to the front, ascending [m]
@@ -38,7 +38,6 @@ module hampm_front_integral
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! of all material [m]
       real(dp) :: cell = 0                       !! the finest [m]
       logical :: has_modes = .false.             !! whether K have a meaning there: by isotropic laws of small strain
-      real(dp) :: pressure = 0                   !! on the faces [Pa]
    end type front_domain_t
 
    !> A place as seen from the nearest place of a front.
@@ -191,44 +190,22 @@ contains
       integer, intent(in) :: i
       real(dp), intent(in) :: reach              !! from the front, no less than the particle's distance [m]
       real(dp), intent(inout) :: of_node(:, 0:, :)
-      real(dp), dimension(ndim, ndim) :: h, stress, a, s
-      real(dp) :: flux(ndim, ndim, 0:front_modes), source(ndim, 0:front_modes)
+      real(dp) :: a(ndim, ndim), s(ndim, ndim), of_s(ndim), of_a(ndim)
+      real(dp) :: flux(ways, ndim, 0:front_modes), source(ways, 0:front_modes)
       real(dp) :: gradient(problem%grid%n_functions, ndim), shape(problem%grid%n_functions), xi(ndim)
       real(dp) :: at_nodes(ndim, problem%grid%n_functions)
-      real(dp), dimension(ndim) :: divergence, of_s, of_a
       integer :: nodes(problem%grid%n_functions), last, j, k
-      real(dp) :: energy, hoop, work, change(space, space)
       type(front_place_t) :: place
+      type(sample_t) :: here
       associate (grid => problem%grid, p => problem%particles, e => problem%particles%cell(i), &
                  material => problem%materials(problem%particles%material(i)))
-         h = p%gradient_of(i)
-         hoop = p%hoop_of(i)
          xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
          nodes = grid%element_nodes(:, e)
          shape = grid%functions_in(e, xi)
          gradient = grid%gradients_in(e, xi)
-         stress = material%first_piola_stress(h, p%history_of(i), hoop)
-         energy = material%energy_density(h, p%history_of(i), hoop)
-         if (material%has_history) energy = energy + material%dissipation(h, p%history_of(i), hoop)
-         if (material%has_eigenstrain) energy = energy - material%idle_energy
          at_nodes = state%divergence(:, nodes)
-         divergence = material%density*matmul(at_nodes, shape)
-         flux(:, :, 0) = matmul(transpose(h), stress) - energy*identity
-         source(:, 0) = matmul(divergence, h)
-         if (material%is_graded()) source(:, 0) = source(:, 0) - material%slice%direction &
-                                                  *(material%slice%rate*energy - sum(stress*material%slice%free_rate))
-         associate (n => domain%front%axis)      ! as if faces were free: with the pressure as a tension of the body
-            stress(n, n) = stress(n, n) + domain%pressure
-            flux(:, n, 0) = flux(:, n, 0) + domain%pressure*h(n, :)
-            flux(:, :, 0) = flux(:, :, 0) - domain%pressure*h(n, n)*identity
-         end associate
-         if (abs(domain%pressure) > 0 .and. material%is_finite) then ! following pressure: p cof(F), p (det F - 1)
-            change = in_space(identity + h)
-            work = domain%pressure*(volume_change(change - unit_tensor) - trace(h))
-            change = domain%pressure*(cofactors(change) - unit_tensor)
-            stress = stress + change(:ndim, :ndim)
-            flux(:, :, 0) = flux(:, :, 0) + matmul(transpose(h), change(:ndim, :ndim)) - work*identity
-         end if
+         call take_sample(domain%frame_t, material, p, i, matmul(at_nodes, shape), here)
+         call energy_momentum(here, flux(:, :, 0), source(:, 0))
          last = 0
          if (domain%has_modes) then
             place = locate(domain%front, p%reference(i, :), reach)
@@ -237,13 +214,13 @@ contains
          end if
          do k = 1, last
             call find_unit_field(domain, material, place, k, a, s, of_s, of_a)
-            flux(:, :, k) = matmul(transpose(a), stress) + matmul(transpose(h), s) - sum(stress*a)*identity
-            source(:, k) = matmul(divergence, a) + matmul(of_s, h) &
-                           + dot_product(matmul(stress, along(domain%front, place)), of_a)*place%outward
+            call interaction(here, domain%frame_t, material, a, s, flux(:, :, k), source(:, k))
+            source(:, k) = source(:, k) + matmul(of_s, here%slope) &
+                           + dot_product(matmul(here%stress, along(domain%front, place)), of_a)*place%outward(:ways)
          end do
          do j = 1, size(nodes)
             do k = 0, last
-               associate (at => of_node(:, k, nodes(j)))
+               associate (at => of_node(:ways, k, nodes(j)))
                   at = at + p%volume(i)*(matmul(flux(:, :, k), gradient(j, :)) + source(:, k)*shape(j))
                end associate
             end do
@@ -287,10 +264,8 @@ contains
    pure function weight(domain, place) result(f)
       type(front_domain_t), intent(in) :: domain
       type(front_place_t), intent(in) :: place
-      real(dp) :: f(size(domain%radius)), t(size(domain%radius))
-      t = (hypot(place%ahead, place%above)/domain%radius - plateau)/(1 - plateau)
-      t = min(max(t, 0.0_dp), 1.0_dp)
-      f = 1 - t**2*(3 - 2*t)
+      real(dp) :: f(size(domain%radius))
+      f = weight_at(hypot(place%ahead, place%above), domain%radius, plateau*domain%radius)
    end function weight
 
    !> t = e_1 x n.

@@ -7,7 +7,7 @@
 !> remove most of that.
 module hampm_front_values
    use hampm_kinds, only: dp, ndim
-   use hampm_tensors, only: norm
+   use hampm_tensors, only: identity, norm
    use hampm_archive, only: archive_t
    use hampm_estimated_errors, only: recent_t, add_recent, waves_of, archive_recent
    use hampm_front, only: front_t, room_of
@@ -164,6 +164,7 @@ contains
          values%measured_t = nothing_measured(size(values%arc))
          allocate (values%of_g(2, size(values%arc)), source=0.0_dp)
          domain%front = front
+         domain%across = spread(identity(:, front%axis), 1, ndim)*spread(identity(:, front%axis), 2, ndim)
          domain%lower = minval(p%reference(:p%n, :), dim=1)
          domain%upper = maxval(p%reference(:p%n, :), dim=1)
          do i = 1, p%n                           ! particles are in the middle of their volume

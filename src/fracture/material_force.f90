@@ -15,6 +15,7 @@ module hampm_material_force
    use hampm_basis, only: points_of_quadratic, inside_cell
    use hampm_crack_tip, only: crack_tip_t, frame_along, upper
    use hampm_crack_tip_field, only: modes, tip_field_t
+   use hampm_energy_momentum, only: ways, frame_t, sample_t, take_sample, energy_momentum
    use hampm_failure, only: failure_t
    use hampm_interface_points, only: add_interface_forces
    use hampm_mass_solver, only: mass_solver_t
@@ -55,7 +56,7 @@ contains
          call add_particle(problem, tip, p, i, of_node)
       end do
       call add_interface_forces(problem%interfaces, 1, held)
-      of_node(2:ndim + 1, :) = of_node(2:ndim + 1, :) - held
+      of_node(2:ndim + 1, :) = of_node(2:ndim + 1, :) - matmul(transpose(tip%axis), held)
       call problem%grid%dofs%condense(problem%grid%dofs%every_node(), sums, of_node)
       allocate (is_at_other(problem%grid%n_points), source=.false.)
       if (allocated(tip%ends_at)) is_at_other = nodes_at_others(tip%now, tip%nodes%spacing, tip%ends_at, problem%grid, p)
@@ -67,7 +68,7 @@ contains
          if (distance >= maxval(tip%radii)) cycle
          force = of_node(2:ndim + 1, i)
          if (tip%is_half() .and. minval([x(1), -abs(x(2))]) >= -even*tip%nodes%spacing) &
-            force = force - dot_product(force, tip%axis(:, 2))*tip%axis(:, 2) ! the plane holds it
+            force(2) = 0                         ! the plane holds it
          where (distance < tip%radii) g = g + of_node(1, i) - dot_product(force, of_node(at_volume + 1:, i))/of_node(at_volume, i)
       end do
       g = merge(2, 1, tip%is_half())/p%thickness%at(tip%now)*g
@@ -85,38 +86,26 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
       real(dp), intent(inout) :: of_node(:, :)   !! (sums, n_points)
-      real(dp) :: shape(points_of_quadratic), gradient(problem%grid%n_functions, ndim), to_reference(ndim, ndim), h(ndim, ndim)
-      real(dp) :: xi(ndim), slope(ndim), stress(ndim, ndim), flux(ndim), force(ndim), energy, source, hoop
+      real(dp) :: shape(points_of_quadratic), gradient(problem%grid%n_functions, ndim), to_reference(ndim, ndim), xi(ndim)
+      real(dp) :: flux(ways, ndim), source(ways), force(ndim)
+      type(sample_t) :: s
       integer :: point(points_of_quadratic), k
-      associate (grid => problem%grid, e => p%cell(i), material => problem%materials(p%material(i)), along => tip%axis(:, 1))
-         h = p%gradient_of(i)
-         hoop = p%hoop_of(i)
+      associate (grid => problem%grid, e => p%cell(i), v => p%volume(i))
          to_reference = tip%axis
-         if (.not. p%total_frame) to_reference = matmul(identity + h, tip%axis)
+         if (.not. p%total_frame) to_reference = matmul(identity + p%gradient_of(i), tip%axis)
          xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
          call grid%shape_functions_in(e, xi, point, shape)
          gradient = matmul(grid%gradients_in(e, xi), to_reference)
-         slope = matmul(h, along)
-         stress = material%first_piola_stress(h, p%history_of(i), hoop)
-         energy = material%energy_density(h, p%history_of(i), hoop)
-         if (material%has_history) energy = energy + material%dissipation(h, p%history_of(i), hoop)
-         if (material%has_eigenstrain) energy = energy - material%idle_energy
-         source = 0
-         if (material%is_graded()) source = -dot_product(material%slice%direction, along) &
-                                            *(material%slice%rate*energy - sum(stress*material%slice%free_rate))
+         call take_sample(frame_t(axes=tip%axis), problem%materials(p%material(i)), p, i, 0*xi, s) ! inertia is in the force
+         call energy_momentum(s, flux, source)
          force = 0
-         if (p%thickness%is_ring) then
-            force(1) = material%hoop_stress(h, p%history_of(i), hoop)/p%reference(i, 1)
-            source = source + force(1)*hoop*along(1) - energy*along(1)/p%reference(i, 1)
-         end if
-         stress = matmul(stress, tip%axis)
-         flux = matmul(slope, stress) - energy*identity(:, 1)
+         if (s%is_ring) force = s%hoop_stress/s%radius*s%outward
          do k = 1, grid%n_functions
-            associate (at => of_node(:, point(k)), v => p%volume(i))
-               at(1) = at(1) + v*(dot_product(flux, gradient(k, :)) + source*shape(k))
-               at(2:ndim + 1) = at(2:ndim + 1) + v*(matmul(stress, gradient(k, :)) + force*shape(k))
+            associate (at => of_node(:, point(k)))
+               at(1) = at(1) + v*(dot_product(flux(1, :), gradient(k, :)) + source(1)*shape(k))
+               at(2:ndim + 1) = at(2:ndim + 1) + v*(matmul(s%stress, gradient(k, :)) + force*shape(k))
                at(at_volume) = at(at_volume) + v*shape(k)
-               at(at_volume + 1:) = at(at_volume + 1:) + v*shape(k)*slope
+               at(at_volume + 1:) = at(at_volume + 1:) + v*shape(k)*s%slope(:, 1)
             end associate
          end do
       end associate

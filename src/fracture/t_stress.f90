@@ -12,9 +12,9 @@
 module hampm_t_stress
    use hampm_kinds, only: dp, ndim
    use hampm_closed_faces, only: closed_faces_t
-   use hampm_crack_tip, only: frame_along
    use hampm_crack_tip_field, only: modes
-   use hampm_domain_integral, only: sample_t, find_mean_slope, take_sample, interact
+   use hampm_domain_integral, only: find_frame, sample_place, weigh
+   use hampm_energy_momentum, only: ways, sample_t, interaction
    use hampm_loads, only: load_t
    use hampm_material, only: material_t
    use hampm_nodal_state, only: nodal_state_t
@@ -44,15 +44,15 @@ contains
       type(places_t), intent(in) :: places       !! in the discs
       real(dp), intent(in) :: k(modes)           !! stress intensity factors [Pa sqrt(m)]
       real(dp), allocatable :: t(:)              !! by radius
-      real(dp) :: c(ndim), on_faces(ndim), idle(ndim, ndim), axes(ndim, ndim), x(ndim), from_force(ndim)
+      real(dp) :: on_faces(ndim), idle(ndim, ndim), axes(ndim, ndim), x(ndim), from_force(ndim)
       real(dp) :: total, outward                 ! weight of particles near the tip; sum of their radial displacement without K's
       type(sample_t) :: s
       type(tip_domain_t) :: domain
       integer :: n
       domain = unturned
-      call find_mean_slope(domain, problem%materials, p, places, c)
+      call find_frame(domain, problem%materials, p, places)
       allocate (t(size(domain%radius)), source=0.0_dp)
-      axes = frame_along(domain%direction)
+      axes = domain%axes
       from_force = 0                             ! with a singular part the force acts at the origin of K
       if (domain%is_ring .or. domain%material%is_graded()) from_force(1) = domain%tip_offset_of(1)
       total = 0
@@ -60,7 +60,7 @@ contains
       do n = 1, size(places%list)
          associate (place => places%list(n))
             x = domain%from_tip(p%place_in_grid(place%particle), p%total_frame)
-            call take_sample(domain, problem%grid, p, place, problem%materials(p%material(place%particle)), state, c, s)
+            call sample_place(domain, problem, p, place, state, s)
             call add_interaction(s, domain, problem%materials(p%material(place%particle)), x + from_force, places%q(:, n), &
                                  places%dq(:, :, n), t)
             if (.not. domain%is_ring) cycle
@@ -78,7 +78,7 @@ contains
       end do
       t = t/domain%thickness
       if (domain%is_ring .or. domain%material%is_graded()) t = t + singular_part(domain, k)
-      t = c(1) + merge(2, 1, domain%half)*t - on_faces(2)*domain%field%opening_of_force()
+      t = domain%constant(1, 1) + merge(2, 1, domain%half)*t - on_faces(2)*domain%field%opening_of_force()
       on_faces(2) = on_faces(2) - domain%pressure ! subtracted from the stress of the particles
       if (domain%is_ring) t = t + domain%material%stress_across(matmul(axes(:, :1), transpose(axes(:, :1)))) &
                               *outward/(total*domain%tip(1))
@@ -94,12 +94,12 @@ contains
       real(dp), intent(in) :: x(ndim)            !! from the force, in the axes of the crack [m]
       real(dp), intent(in) :: q(:), dq(:, :)     !! at the particle, by radius, and its gradient [1/m], (ndim, radii)
       real(dp), intent(inout) :: sums(:)
-      real(dp) :: a(ndim, ndim), flux(ndim), source
+      real(dp) :: a(ndim, ndim), flux(ways, ndim), source(ways)
       if (.not. norm(x) > 0) return
       a = domain%field%gradient_of_force(x)
-      call interact(s, domain, material, a, domain%field%stress(a), flux, source)
+      call interaction(s, domain%frame_t, material, a, domain%field%stress(a), flux, source)
       if (domain%is_ring .or. s%is_graded) source = source*min(1.0_dp, norm(x)/domain%inner_radius())
-      sums = sums + s%volume*(matmul(flux, dq) + source*q)
+      call weigh(s%volume, flux, source, size(sums), q, dq, sums)
    end subroutine add_interaction
 
    !> The product of K and the force, with the curvature of rings or the change of the material, within the inner radius, weighted
@@ -108,17 +108,19 @@ contains
       type(tip_domain_t), intent(in) :: domain
       real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
       integer, parameter :: steps = 64           ! of the angle
-      real(dp) :: x(ndim), a(ndim, ndim), h(ndim, ndim), axes(ndim, ndim), flux(ndim), source, angle, widest
+      real(dp) :: x(ndim), a(ndim, ndim), h(ndim, ndim), axes(ndim, ndim), flux(ways, ndim), source(ways), angle, widest
       type(sample_t) :: s
       integer :: n, mode
-      axes = frame_along(domain%direction)
+      axes = domain%axes
+      s%is_ring = domain%is_ring
       s%radius = domain%tip(1)
       s%outward = axes(1, :)
       s%hoop = 0
       s%divergence = 0
       s%is_graded = domain%material%is_graded()
       s%free_rate = 0
-      if (s%is_graded) s%rate = matmul(domain%material%slice%rate*domain%material%slice%direction, axes)
+      s%direction = matmul(domain%material%slice%direction, axes)
+      s%rate = domain%material%slice%rate*s%direction
       widest = acos(-1.0_dp)
       part = 0
       do n = 1, steps
@@ -128,14 +130,14 @@ contains
          do mode = 1, modes
             h = h + k(mode)*domain%field%gradient(mode, x)
          end do
-         s%slope = h(:, 1)
+         s%slope(:, 1) = h(:, 1)
          s%stress = domain%field%stress(h)
          s%bare_stress = s%stress
          s%hoop_stress = domain%material%stress_across(matmul(axes, matmul(s%stress, transpose(axes))))
-         s%radial_slope = dot_product(s%outward, s%slope)
+         s%radial_slope = dot_product(s%outward, h(:, 1))
          a = domain%field%gradient_of_force(x)
-         call interact(s, domain, domain%material, a, domain%field%stress(a), flux, source)
-         part = part + 4*domain%inner_radius()**2/3*source*merge(1, 2, domain%half)*widest/steps
+         call interaction(s, domain%frame_t, domain%material, a, domain%field%stress(a), flux, source)
+         part = part + 4*domain%inner_radius()**2/3*source(1)*merge(1, 2, domain%half)*widest/steps
       end do
    end function singular_part
 

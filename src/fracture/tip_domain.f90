@@ -4,8 +4,9 @@ module hampm_tip_domain
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: points_of_quadratic, inside_cell
    use hampm_cell_blocks, only: cell_blocks_t
-   use hampm_crack_tip, only: crack_tip_t, frame_along
+   use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field, new_interface_fields
+   use hampm_energy_momentum, only: frame_t, plateau, weight_at
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
    use hampm_node_list, only: node_list_t
@@ -15,7 +16,6 @@ module hampm_tip_domain
    private
    public :: tip_domain_t, place_t, places_t, fields_at, weight_nodes, list_places, fill_places, nodes_at_others
 
-   real(dp), parameter :: plateau = 0.5_dp       !! part of the radius within which q is 1
    real(dp), parameter :: on_line = 1.0e-9_dp    !! part of an element within which of the crack's line a particle counts as on it
    real(dp), parameter :: singular = 1.0e-3_dp   !! part of an element within which of a tip a particle counts as at the tip
 
@@ -26,11 +26,9 @@ module hampm_tip_domain
    !> `bench/effective_tip.py`.
    real(dp), parameter :: tip_offset(modes) = [0.20_dp, 0.31_dp]
 
-   !> The tip of a straight crack, and the discs around it.
-   type :: tip_domain_t
+   !> The tip of a straight crack, and the discs around it. The axes of the frame are those of the reference configuration.
+   type, extends(frame_t) :: tip_domain_t
       real(dp) :: tip(ndim) = 0                  !! its place in the grid [m]
-      real(dp) :: direction(ndim) = 0            !! unit vector from the crack into the body, in the reference configuration
-      real(dp) :: turn(ndim, ndim) = 0           !! R - I, R being the rotation of the material around the tip since then
       real(dp) :: face_of_line = 1               !! 1: material on the line of the crack is on the upper face, -1: the lower
       logical :: is_beside = .false.             !! whether the tip is ahead or behind: particles on the line may be on both faces
       integer :: number = -1                     !! of the tip among those of cut cells, -1 if none ends there
@@ -46,11 +44,9 @@ module hampm_tip_domain
       type(tip_field_t) :: field                 !! singular fields by material and direction; at an interface those above it
       type(tip_field_t) :: below                 !! and those below it
       real(dp) :: speed = 0                      !! of the tip, with the fields of which it runs [m/s]
-      real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, along their normals [Pa]
       logical :: quadratic = .false.             !! whether cells are quadratic
       real(dp) :: tip_offset(modes) = 0          !! of these, else 0 [cells]
    contains
-      procedure :: in_axes
       procedure :: tip_offset_of
       procedure :: from_tip
       procedure :: displacement_of
@@ -105,7 +101,7 @@ contains
       real(dp), allocatable, intent(out) :: q(:, :)  !! [-], (radii, n_points)
       real(dp), intent(in), optional :: level    !! up to which q is 1, else half of each radius [m]
       type(node_list_t) :: all
-      real(dp) :: t(size(domain%radius)), inner(size(domain%radius)), x(ndim), reach
+      real(dp) :: inner(size(domain%radius)), x(ndim), reach
       integer :: i
       allocate (q(size(domain%radius), grid%n_points), source=0.0_dp)
       reach = maxval(domain%radius)
@@ -114,12 +110,10 @@ contains
       do i = 1, grid%n_nodes
          x = grid%node_position(:, i) - domain%tip
          if (abs(x(1)) >= reach .or. abs(x(2)) >= reach) cycle
-         t = (norm(x) - inner)/(domain%radius - inner)
-         t = min(max(t, 0.0_dp), 1.0_dp)
-         q(:, i) = 1 - t**2*(3 - 2*t)
+         q(:, i) = weight_at(norm(x), domain%radius, inner)
       end do
       all = grid%dofs%every_node()
-      call grid%dofs%distribute(all, size(t), q)
+      call grid%dofs%distribute(all, size(inner), q)
    end subroutine weight_nodes
 
    !> End the discs where bodies of other materials begin: within a disc their material forces would count as the tip's.
@@ -234,7 +228,7 @@ contains
       real(dp) :: gradient(grid%n_functions, ndim), to_reference(ndim, ndim), xi(ndim), x(ndim)
       integer :: k, r
       associate (i => place%particle, e => p%cell(place%particle))
-         to_reference = frame_along(domain%direction)
+         to_reference = domain%axes
          if (.not. p%total_frame) to_reference = matmul(identity + p%gradient_of(i), to_reference)
          xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
          call grid%shape_functions_in(e, xi, place%point, place%shape)
@@ -296,7 +290,7 @@ contains
    pure function key_of(domain) result(key)
       type(tip_domain_t), intent(in) :: domain
       real(dp), allocatable :: key(:)
-      key = [domain%tip, domain%direction, domain%cell, domain%tip_offset, domain%face_of_line, &
+      key = [domain%tip, domain%axes(:, 1), domain%cell, domain%tip_offset, domain%face_of_line, &
              merge(1.0_dp, 0.0_dp, domain%is_beside), domain%speed, domain%radius]
    end function key_of
 
@@ -309,16 +303,6 @@ contains
          tip_offset_of = sum(merge(self%tip_offset, tip_offset, self%tip_offset > 0))/modes*self%cell
    end function tip_offset_of
 
-   !> A vector in the present configuration, in the axes of the crack.
-   pure function in_axes(self, vector)
-      class(tip_domain_t), intent(in) :: self
-      real(dp), intent(in) :: vector(ndim)
-      real(dp) :: in_axes(ndim), turned(ndim), axes(ndim, ndim)
-      axes = frame_along(self%direction)
-      turned = vector + matmul(vector, self%turn)
-      in_axes = matmul(turned, axes)
-   end function in_axes
-
    !> Position of a place in the grid relative to the tip, in the axes of the crack [m].
    pure function from_tip(self, x, total_frame)
       class(tip_domain_t), intent(in) :: self
@@ -326,7 +310,7 @@ contains
       logical, intent(in) :: total_frame         !! whether the grid is of the reference configuration
       real(dp) :: from_tip(ndim)
       if (total_frame) then
-         from_tip = matmul(x - self%tip, frame_along(self%direction))
+         from_tip = matmul(x - self%tip, self%axes)
       else
          from_tip = self%in_axes(x - self%tip)
       end if

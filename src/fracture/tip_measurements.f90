@@ -75,7 +75,7 @@ contains
       domain%below = fields(2)
       if (present(shift)) domain%tip = domain%tip + shift
       if (present(shift)) domain%is_beside = any(abs(shift) > 0)
-      domain%direction = tip%axis(:, 1)
+      domain%axes = tip%axis
       domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
       domain%spacing = tip%nodes%spacing
       domain%quadratic = problem%grid%is_quadratic()

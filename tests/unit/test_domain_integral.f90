@@ -5,6 +5,7 @@ program test_domain_integral
    use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field, let_run
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_lines, only: line_t
+   use hampm_crack_tip, only: frame_along
    use hampm_domain_integral, only: domain_integrals, shares_of_modes
    use hampm_tip_domain, only: tip_domain_t, places_t
    use hampm_failure, only: failure_t
@@ -188,7 +189,7 @@ contains
       type(nodal_state_t), intent(in) :: state
       real(dp) :: found(1 + modes, size(radius)), uncertainty(modes, size(radius))
       type(places_t) :: places
-      call domain_integrals(tip_domain_t(tip, direction, half=half, thickness=thickness, material=m%materials(1), radius=radius, &
+      call domain_integrals(tip_domain_t(tip=tip, axes=frame_along(direction), half=half, thickness=thickness, material=m%materials(1), radius=radius, &
                                          field=new_tip_field(m%materials(1), direction)), &
                             m, [real(dp) ::], m%particles, state, closed_faces_t(), places, found(1, :), found(2:, :), uncertainty)
    end function integrals
