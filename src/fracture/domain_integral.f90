@@ -13,13 +13,22 @@ module hampm_domain_integral
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: norm, in_plane, quarter_turn
-   use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
-   use hampm_tip_domain, only: tip_domain_t, place_t, places_t, list_places, fill_places
+   use hampm_crack_tip_field, only: modes, tip_field_t
+   use hampm_tip_domain, only: fields, tip_domain_t, place_t, places_t, list_places, fill_places
    implicit none
    private
-   public :: domain_integrals, shares_of_modes, find_frame, sample_place, weigh
+   public :: integrals_t, domain_integrals, shares_of_modes
 
    real(dp), parameter :: rounding = 1e-9_dp     !! of q at a point between nodes outside of the domain, where it is 0 [-]
+
+   !> The integrals of a tip, by radius.
+   type :: integrals_t
+      real(dp), allocatable :: j(:)              !! [J/m2]
+      real(dp), allocatable :: k(:, :)           !! [Pa sqrt(m)], (modes, radii); K_II is 0 in a half model
+      real(dp), allocatable :: k_uncertainty(:, :) !! by tractions behind a closed tip, as `k`
+      real(dp), allocatable :: of_force(:)       !! interaction with a unit force on the tip along the crack, where asked for [-]
+      real(dp) :: on_faces(ndim) = 0             !! stresses s_12 and s_22 of loads on the faces at the tip [Pa]
+   end type integrals_t
 
 contains
 
@@ -52,8 +61,8 @@ contains
    !>
    !> The terms (rho v**2/2) q,1 + rho v_i v_i,1 q of Nakamura, Shih & Freund are the derivative of rho v**2 q/2 along the crack:
    !> for a stationary tip their integral is 0, its numerical value an error, larger than J in a flying body. They are left out.
-   subroutine domain_integrals(unturned, problem, factors, p, state, closed, places, j, k, k_uncertainty)
-      type(tip_domain_t), intent(in) :: unturned !! its frame is completed here
+   subroutine domain_integrals(domain, problem, factors, p, state, closed, places, found)
+      type(tip_domain_t), intent(inout) :: domain !! its frame is completed here
       type(problem_t), intent(in) :: problem     !! its loads at their places in the grid; those that reach into a disc are on the
                                                  !! faces
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
@@ -61,17 +70,13 @@ contains
       type(nodal_state_t), intent(in) :: state   !! of these particles
       type(closed_faces_t), intent(in) :: closed !! tractions behind a closed tip
       type(places_t), intent(inout) :: places    !! of the last time: found anew if tip or mesh have changed
-      real(dp), intent(out) :: j(:)              !! [J/m2], by radius
-      real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
-      real(dp), intent(out) :: k_uncertainty(:, :) !! uncertainty by tractions behind a closed tip, (modes, by radius)
-      real(dp) :: by_closed(modes, size(unturned%radius)), carried(ndim), x(ndim), velocity(ndim)
-      real(dp) :: sums(size(unturned%radius), 0:modes), flux(ways, ndim), source(ways) ! of J and of each mode
+      type(integrals_t), intent(out) :: found
+      real(dp) :: by_closed(modes, size(domain%radius)), carried(ndim), x(ndim), velocity(ndim)
+      real(dp) :: sums(size(domain%radius), 0:fields), flux(ways, ndim), source(ways) ! of J and of each field
       type(sample_t) :: s
-      type(tip_domain_t) :: domain
-      integer :: n, mode
-      domain = unturned
-      if (.not. (domain%field%is_at_interface .or. domain%field%is_running)) &
-         domain%field = new_tip_field(domain%material, domain%axes(:, 1))
+      integer :: radii, n, mode
+      radii = size(domain%radius)
+      allocate (found%k_uncertainty(modes, radii), source=0.0_dp)
       associate (grid => problem%grid, blocks => problem%blocks)
          call list_places(domain, grid, blocks, p, places)
          call find_frame(domain, problem%materials, p, places)
@@ -81,44 +86,47 @@ contains
          if (domain%field%is_running) carried = mean_velocity(domain, p, places)
          call fill_places(domain, grid, blocks, p, places)
          sums = 0
-         k_uncertainty = 0
          by_closed = 0
          do n = 1, size(places%list)
             associate (place => places%list(n), material => problem%materials(p%material(places%list(n)%particle)))
                call sample_place(domain, problem, p, place, state, s)
                call energy_momentum(s, flux, source)
-               call weigh(s%volume, flux, source, size(j), places%q(1, n), places%dq(1, 1, n), sums)
+               call weigh(s%volume, flux, source, radii, places%q(1, n), places%dq(1, 1, n), sums)
                if (domain%field%is_running) then
                   x = domain%from_tip(p%place_in_grid(place%particle), p%total_frame)
                   velocity = domain%in_axes(p%velocity(place%particle, :)) - carried
                end if
-               do mode = 1, modes
+               do mode = 1, merge(fields, modes, domain%has_force)
                   call interaction(s, domain%frame_t, material, place%unit(:, :, mode), place%unit_stress(:, :, mode), flux, source)
-                  if (domain%field%is_running) call let_run(s, domain, material, mode, place%unit(:, :, mode), x, velocity, source)
-                  call weigh(s%volume, flux, source, size(j), places%q(1, n), places%dq(1, 1, n), sums(1, mode))
+                  if (domain%field%is_running) &
+                     call add_motion(s, domain, material, mode, place%unit(:, :, mode), x, velocity, source)
+                  if (mode == fields) source = place%resolved*source
+                  call weigh(s%volume, flux, source, radii, places%q(1, n), places%dq(1, 1, n), sums(1, mode))
                end do
             end associate
          end do
-         j = sums(:, 0)
-         k = transpose(sums(:, 1:))
-         call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, places%nodal, j, k, by_closed, &
-                                      k_uncertainty)
+         call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, places%nodal, sums, by_closed, &
+                                      found%k_uncertainty)
          do n = 1, size(problem%loads)
             if (problem%loads(n)%by_mass .or. problem%loads(n)%line > 0) cycle
-            call add_loaded_faces(domain, grid, p, blocks, problem%loads(n), factors(n), places%nodal, j, k)
+            call add_loaded_faces(domain, grid, p, blocks, problem%loads(n), factors(n), places%nodal, sums, found%on_faces)
          end do
       end associate
-      j = (j + closed%work_at_tip())/domain%thickness
-      do n = 1, size(j)
-         k(:, n) = domain%field%intensities_of(k(:, n), domain%thickness)
-         if (closed%are_closed) j(n) = j(n) + by_closed(2, n)*k(2, n)/domain%thickness ! faces there slide as those of K_II
-         k_uncertainty(:, n) = abs(domain%field%intensities_of(k_uncertainty(:, n), domain%thickness))
-      end do
-      if (domain%half) then
-         j = 2*j
-         k(1, :) = 2*k(1, :)
-         k(2, :) = 0
-      end if
+      found%j = (sums(:, 0) + closed%work_at_tip())/domain%thickness
+      found%k = transpose(sums(:, 1:modes))
+      found%of_force = sums(:, fields)/domain%thickness
+      associate (j => found%j, k => found%k, k_uncertainty => found%k_uncertainty)
+         do n = 1, radii
+            k(:, n) = domain%field%intensities_of(k(:, n), domain%thickness)
+            if (closed%are_closed) j(n) = j(n) + by_closed(2, n)*k(2, n)/domain%thickness ! faces there slide as those of K_II
+            k_uncertainty(:, n) = abs(domain%field%intensities_of(k_uncertainty(:, n), domain%thickness))
+         end do
+         if (domain%half) then
+            j = 2*j
+            k(1, :) = 2*k(1, :)
+            k(2, :) = 0
+         end if
+      end associate
    end subroutine domain_integrals
 
    !> G_I and G_II [J/m2]: J shared as the fields of K_I and K_II share it, each signed like its K. In an isotropic material in
@@ -227,7 +235,7 @@ contains
    end subroutine weigh
 
    !> Change the source of the interaction with a field of a running tip, see `domain_integrals`.
-   pure subroutine let_run(s, domain, material, mode, a, x, velocity, source)
+   pure subroutine add_motion(s, domain, material, mode, a, x, velocity, source)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
       type(material_t), intent(in) :: material   !! of the particle
@@ -239,7 +247,7 @@ contains
                *(source + material%mu/domain%material%mu*dot_product(domain%field%inertia(mode, x), s%slope(:, 1)))
       if (norm(x) < domain%inner_radius()) source = source - material%density*domain%speed*dot_product(velocity, a(:, 1)) &
                                                              *x(1)/(norm(x)*domain%inner_radius())
-   end subroutine let_run
+   end subroutine add_motion
 
    !> Add faces pressed on each other by interface points to both integrals: the force f of a point against the opening, times the
    !> change of that along the crack, f . [u],1 q for B J and f . [a],1 q for the interaction.
@@ -251,16 +259,16 @@ contains
    !>
    !> In the last cells the slope of a is largest, and the tractions of the compliant layer oscillate. At a closed tip the
    !> extrapolated traction of the faces behind replaces them, faces slide by K_II, and the layer follows that traction.
-   pure subroutine add_faces_on_interfaces(domain, interfaces, closed, total_frame, q, j, k, by_closed, k_uncertainty)
+   pure subroutine add_faces_on_interfaces(domain, interfaces, closed, total_frame, q, sums, by_closed, k_uncertainty)
       type(tip_domain_t), intent(in) :: domain
       type(interfaces_t), intent(in) :: interfaces
       type(closed_faces_t), intent(in) :: closed
       logical, intent(in) :: total_frame         !! whether interface points are at places of the reference configuration
       real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
-      real(dp), intent(inout) :: j(:), k(:, :)
-      real(dp), intent(inout) :: by_closed(:, :) !! part of k by faces behind a closed tip
-      real(dp), intent(inout) :: k_uncertainty(:, :) !! uncertain part of k by replaced tractions
-      real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim), &
+      real(dp), intent(inout) :: sums(:, 0:)     !! of J and of each mode
+      real(dp), intent(inout) :: by_closed(:, :) !! part of K by faces behind a closed tip
+      real(dp), intent(inout) :: k_uncertainty(:, :) !! uncertain part of K by replaced tractions
+      real(dp) :: force(ndim), slope(ndim), at_point(size(q, 1)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim), &
                   uncertainty(ndim)
       logical :: is_there, is_closed
       integer :: n, i, mode
@@ -283,10 +291,10 @@ contains
          uncertainty = 0
          call find_face_force(interfaces, n, direction, force, slope, is_there)
          is_closed = closed%has(interfaces%list(n))
-         if (is_there .and. .not. is_closed) j = j + dot_product(force, slope)*at_point
+         if (is_there .and. .not. is_closed) sums(:, 0) = sums(:, 0) + dot_product(force, slope)*at_point
          if (is_closed) then
             force = interfaces%list(n)%length*closed%traction_at(closed%distance_of(interfaces%list(n)))
-            j = j + dot_product(force, closed%slope_across())*at_point
+            sums(:, 0) = sums(:, 0) + dot_product(force, closed%slope_across())*at_point
             uncertainty = interfaces%list(n)%length*closed%uncertainty_at(closed%distance_of(interfaces%list(n)))
          else if (.not. is_there) then
             cycle
@@ -296,15 +304,15 @@ contains
          x = domain%from_tip(interfaces%list(n)%middle, total_frame)
          do mode = 1, modes
             of_unit = 2*mean_slope_of_face(domain, mode, -x(1), interfaces%list(n)%length/2)
-            k(mode, :) = k(mode, :) + dot_product(force, of_unit)*at_point
+            sums(:, mode) = sums(:, mode) + dot_product(force, of_unit)*at_point
             if (is_closed) by_closed(mode, :) = by_closed(mode, :) + dot_product(force, of_unit)*at_point
             k_uncertainty(mode, :) = k_uncertainty(mode, :) + dot_product(uncertainty, of_unit)*at_point
          end do
       end do
    end subroutine add_faces_on_interfaces
 
-   !> Add the tractions of a load on the faces to both integrals.
-   pure subroutine add_loaded_faces(domain, grid, p, blocks, load, factor, q, j, k)
+   !> Add the tractions of a load on the faces to all integrals, and find those at the tip.
+   pure subroutine add_loaded_faces(domain, grid, p, blocks, load, factor, q, sums, on_faces)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
@@ -312,8 +320,10 @@ contains
       type(load_t), intent(in) :: load
       real(dp), intent(in) :: factor             !! of the load [-]
       real(dp), intent(in) :: q(:, :)            !! at the points of the grid [-], (radii, n_points)
-      real(dp), intent(inout) :: j(:), k(:, :)
-      real(dp) :: force(ndim), x(ndim), slope(ndim), side, part_of_face, at_point(size(j))
+      real(dp), intent(inout) :: sums(:, 0:)     !! of J and of each field
+      real(dp), intent(inout) :: on_faces(ndim)  !! stresses s_12 and s_22 [Pa]
+      real(dp), parameter :: at_tip = 1 + 1e-6_dp
+      real(dp) :: force(ndim), x(ndim), slope(ndim), a(ndim, ndim), side, part_of_face, half, at_point(size(q, 1))
       integer :: n, mode
       do n = 1, size(load%particle)
          associate (particle => load%particle(n))
@@ -325,12 +335,18 @@ contains
             part_of_face = merge(domain%below%part_of_opening, domain%field%part_of_opening, &
                                  side < 0 .and. domain%field%is_at_interface)
             slope = turned_back(domain, slope_at_face(domain, grid, p, blocks, particle, load%offset(:, n)), domain%axes(:, 1))
-            j = j - dot_product(force, matmul(slope, domain%axes) - domain%constant(:, 1))*at_point
+            sums(:, 0) = sums(:, 0) - dot_product(force, matmul(slope, domain%axes) - domain%constant(:, 1))*at_point
             x = domain%from_tip(p%place_in_grid(particle) + load%offset(:, n), p%total_frame)
+            half = norm(load%half(:, n))
             do mode = 1, modes
-               k(mode, :) = k(mode, :) - 2*part_of_face*side*at_point &
-                                         *dot_product(force, mean_slope_of_face(domain, mode, -x(1), norm(load%half(:, n))))
+               sums(:, mode) = sums(:, mode) - 2*part_of_face*side*at_point &
+                                               *dot_product(force, mean_slope_of_face(domain, mode, -x(1), half))
             end do
+            if (.not. domain%has_force .or. .not. norm(x) > 0) cycle
+            a = domain%field%gradient_of_force(x)
+            sums(:, fields) = sums(:, fields) - dot_product(force, a(:, 1))*at_point
+            if (half > 0 .and. norm(x) <= at_tip*half) &
+               on_faces = on_faces - side*merge(1.0_dp, 0.5_dp, domain%half)*force/(2*half*domain%thickness)
          end associate
       end do
    end subroutine add_loaded_faces

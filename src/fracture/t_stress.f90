@@ -13,13 +13,9 @@ module hampm_t_stress
    use hampm_kinds, only: dp, ndim
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_tip_field, only: modes
-   use hampm_domain_integral, only: find_frame, sample_place, weigh
+   use hampm_domain_integral, only: integrals_t
    use hampm_energy_momentum, only: ways, sample_t, interaction
-   use hampm_loads, only: load_t
-   use hampm_material, only: material_t
-   use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
-   use hampm_problem, only: problem_t
    use hampm_tensors, only: norm, in_plane, quarter_turn
    use hampm_tip_domain, only: tip_domain_t, places_t
    implicit none
@@ -30,77 +26,46 @@ contains
 
    !> T of each disc [Pa]. P_22 is the stress across the faces at the tip, where they are pressed or loaded, and b their constant
    !> opening by the force: balanced forces between faces have no other part in I, nor have cohesive faces ahead, which the force
-   !> neither stresses nor opens. Around an axis and in graded material I has the terms of `interact`, as K has: near the tip these
-   !> are as r**(-3/2), from K and the force, unresolved by cells, and taken from K (`singular_part`); the force acts at the origin
-   !> of K. The strain H_33 around the axis counts as -s_33 H_33 in e_11, with s_33 of a unit stress along the crack in plane
+   !> neither stresses nor opens. Around an axis and in graded material I has the terms of `interaction`, as K has: near the tip
+   !> these are as r**(-3/2), from K and the force, unresolved by cells, and taken from K (`singular_part`); the force acts at the
+   !> origin of K. The strain H_33 around the axis counts as -s_33 H_33 in e_11, with s_33 of a unit stress along the crack in plane
    !> strain, found without K's part.
-   function t_stresses(unturned, problem, factors, p, state, closed, places, k) result(t)
-      type(tip_domain_t), intent(in) :: unturned !! with its field
-      type(problem_t), intent(in) :: problem
-      real(dp), intent(in) :: factors(:)         !! of the loads [-]
+   pure function t_stresses(domain, p, closed, places, found, k) result(t)
+      type(tip_domain_t), intent(in) :: domain   !! with its field and frame
       type(particles_t), intent(in) :: p
-      type(nodal_state_t), intent(in) :: state   !! of these particles
       type(closed_faces_t), intent(in) :: closed !! tractions on the faces behind a closed tip
       type(places_t), intent(in) :: places       !! in the discs
+      type(integrals_t), intent(in) :: found
       real(dp), intent(in) :: k(modes)           !! stress intensity factors [Pa sqrt(m)]
       real(dp), allocatable :: t(:)              !! by radius
-      real(dp) :: on_faces(ndim), idle(ndim, ndim), axes(ndim, ndim), x(ndim), from_force(ndim)
-      real(dp) :: total, outward                 ! weight of particles near the tip; sum of their radial displacement without K's
-      type(sample_t) :: s
-      type(tip_domain_t) :: domain
+      real(dp) :: on_faces(ndim), idle(ndim, ndim), axes(ndim, ndim), x(ndim)
+      real(dp) :: volume, total, outward         ! of particles near the tip; sum of their radial displacement without K's
       integer :: n
-      domain = unturned
-      call find_frame(domain, problem%materials, p, places)
-      allocate (t(size(domain%radius)), source=0.0_dp)
       axes = domain%axes
-      from_force = 0                             ! with a singular part the force acts at the origin of K
-      if (domain%is_ring .or. domain%material%is_graded()) from_force(1) = domain%tip_offset_of(1)
-      total = 0
-      outward = 0
-      do n = 1, size(places%list)
-         associate (place => places%list(n))
-            x = domain%from_tip(p%place_in_grid(place%particle), p%total_frame)
-            call sample_place(domain, problem, p, place, state, s)
-            call add_interaction(s, domain, problem%materials(p%material(place%particle)), x + from_force, places%q(:, n), &
-                                 places%dq(:, :, n), t)
-            if (.not. domain%is_ring) cycle
-            s%volume = s%volume*max(0.0_dp, 1 - norm(x)/domain%inner_radius())
-            total = total + s%volume
-            outward = outward + s%volume*(s%hoop*s%radius - dot_product(axes(1, :), domain%displacement_of(place, x, k)))
-         end associate
-      end do
-      on_faces = 0
-      if (closed%are_closed) on_faces = domain%in_axes(sign(1.0_dp, dot_product(closed%normal, quarter_turn(closed%direction))) &
-                                                       *closed%traction_at(0.0_dp))/domain%thickness
-      do n = 1, size(problem%loads)
-         if (problem%loads(n)%by_mass .or. problem%loads(n)%line > 0) cycle
-         call add_loaded_faces(domain, p, problem%loads(n), factors(n), places%nodal, t, on_faces)
-      end do
-      t = t/domain%thickness
+      on_faces = found%on_faces
+      if (closed%are_closed) on_faces = on_faces + domain%in_axes(closed%traction_at(0.0_dp))/domain%thickness &
+                                                   *sign(1.0_dp, dot_product(closed%normal, quarter_turn(closed%direction)))
+      t = found%of_force
       if (domain%is_ring .or. domain%material%is_graded()) t = t + singular_part(domain, k)
       t = domain%constant(1, 1) + merge(2, 1, domain%half)*t - on_faces(2)*domain%field%opening_of_force()
       on_faces(2) = on_faces(2) - domain%pressure ! subtracted from the stress of the particles
-      if (domain%is_ring) t = t + domain%material%stress_across(matmul(axes(:, :1), transpose(axes(:, :1)))) &
-                              *outward/(total*domain%tip(1))
+      if (domain%is_ring) then
+         total = 0
+         outward = 0
+         do n = 1, size(places%list)
+            associate (place => places%list(n), i => places%list(n)%particle)
+               x = domain%from_tip(p%place_in_grid(i), p%total_frame)
+               volume = p%volume(i)*max(0.0_dp, 1 - norm(x)/domain%inner_radius())
+               total = total + volume
+               outward = outward + volume*(p%hoop_of(i)*p%reference(i, 1) &
+                                           - dot_product(axes(1, :), domain%displacement_of(place, x, k)))
+            end associate
+         end do
+         t = t + domain%material%stress_across(matmul(axes(:, :1), transpose(axes(:, :1))))*outward/(total*domain%tip(1))
+      end if
       idle = matmul(transpose(axes), matmul(domain%material%stress_at_first(), axes))
       t = idle(1, 1) + domain%field%stress_along(t, on_faces(1) - idle(1, 2), on_faces(2) - idle(2, 2))
    end function t_stresses
-
-   !> Add a particle's contribution to the interaction with a unit force.
-   pure subroutine add_interaction(s, domain, material, x, q, dq, sums)
-      type(sample_t), intent(in) :: s
-      type(tip_domain_t), intent(in) :: domain
-      type(material_t), intent(in) :: material   !! of the particle
-      real(dp), intent(in) :: x(ndim)            !! from the force, in the axes of the crack [m]
-      real(dp), intent(in) :: q(:), dq(:, :)     !! at the particle, by radius, and its gradient [1/m], (ndim, radii)
-      real(dp), intent(inout) :: sums(:)
-      real(dp) :: a(ndim, ndim), flux(ways, ndim), source(ways)
-      if (.not. norm(x) > 0) return
-      a = domain%field%gradient_of_force(x)
-      call interaction(s, domain%frame_t, material, a, domain%field%stress(a), flux, source)
-      if (domain%is_ring .or. s%is_graded) source = source*min(1.0_dp, norm(x)/domain%inner_radius())
-      call weigh(s%volume, flux, source, size(sums), q, dq, sums)
-   end subroutine add_interaction
 
    !> The product of K and the force, with the curvature of rings or the change of the material, within the inner radius, weighted
    !> by the rest of `min(1, r/inner_radius)`: it is as r**(-3/2), so 4/3 of the square of that radius times its value there.
@@ -140,31 +105,4 @@ contains
          part = part + 4*domain%inner_radius()**2/3*source(1)*merge(1, 2, domain%half)*widest/steps
       end do
    end function singular_part
-
-   !> Add the tractions of a load on the faces, and find those at the tip.
-   pure subroutine add_loaded_faces(domain, p, load, factor, q, sums, on_faces)
-      type(tip_domain_t), intent(in) :: domain
-      type(particles_t), intent(in) :: p
-      type(load_t), intent(in) :: load
-      real(dp), intent(in) :: factor             !! of the load [-]
-      real(dp), intent(in) :: q(:, :)            !! at the points of the grid [-], (radii, n_points)
-      real(dp), intent(inout) :: sums(:)
-      real(dp), intent(inout) :: on_faces(ndim)  !! stresses s_12 and s_22 of the faces at the tip [Pa]
-      real(dp), parameter :: at_tip = 1 + 1e-6_dp
-      real(dp) :: force(ndim), x(ndim), a(ndim, ndim), at_point(size(sums)), half
-      integer :: n
-      do n = 1, size(load%particle)
-         at_point = matmul(q(:, load%node(:, n)), load%shape(:, n))
-         if (.not. any(abs(at_point) > 0)) cycle
-         force = domain%in_axes(factor*load%force_at(n))
-         x = domain%from_tip(p%place_in_grid(load%particle(n)) + load%offset(:, n), p%total_frame)
-         half = norm(load%half(:, n))
-         if (.not. norm(x) > 0) cycle
-         a = domain%field%gradient_of_force(x)
-         sums = sums - dot_product(force, a(:, 1))*at_point
-         if (.not. (half > 0 .and. norm(x) <= at_tip*half)) cycle
-         x = domain%from_tip(p%place_in_grid(load%particle(n)), p%total_frame)
-         on_faces = on_faces - sign(merge(1.0_dp, 0.5_dp, domain%half), x(2))*force/(2*half*domain%thickness)
-      end do
-   end subroutine add_loaded_faces
 end module hampm_t_stress

@@ -14,12 +14,14 @@ module hampm_tip_domain
    use hampm_tensors, only: norm, in_plane, identity
    implicit none
    private
-   public :: tip_domain_t, place_t, places_t, fields_at, weight_nodes, list_places, fill_places, nodes_at_others
+   public :: fields, tip_domain_t, place_t, places_t, fields_at, weight_nodes, list_places, fill_places, nodes_at_others
 
    real(dp), parameter :: on_line = 1.0e-9_dp    !! part of an element within which of the crack's line a particle counts as on it
    real(dp), parameter :: singular = 1.0e-3_dp   !! part of an element within which of a tip a particle counts as at the tip
 
    real(dp), parameter :: inner = 4              !! cells around a tip
+
+   integer, parameter :: fields = modes + 1      !! of a unit K of each mode, and of a unit force on the tip along the crack
 
    !> Offset of the effective tip behind its node, in cells there, by mode. The field of bilinear cells around a node is of a
    !> slightly shorter crack, equally at every size, like the field. Measurements: docs/explanation/energy_release_rate.md, by
@@ -46,6 +48,7 @@ module hampm_tip_domain
       real(dp) :: speed = 0                      !! of the tip, with the fields of which it runs [m/s]
       logical :: quadratic = .false.             !! whether cells are quadratic
       real(dp) :: tip_offset(modes) = 0          !! of these, else 0 [cells]
+      logical :: has_force = .false.             !! whether the interaction with a force is asked for, which tells T
    contains
       procedure :: tip_offset_of
       procedure :: from_tip
@@ -53,16 +56,16 @@ module hampm_tip_domain
       procedure :: inner_radius
    end type tip_domain_t
 
-
    !> A particle in the discs. Vectors are in the axes of the crack, the first of which is its direction.
    type :: place_t
       integer :: particle
       integer :: point(points_of_quadratic)      !! points of its values, as many as there are functions
       real(dp) :: shape(points_of_quadratic)     !! their functions there [-]
       real(dp) :: weight                         !! in means over the discs, besides its volume [-]
-      real(dp) :: unit(ndim, ndim, modes)        !! displacement gradient of a unit K of each mode, 0 at the tip
-                                                 !! itself [1/(Pa sqrt(m))]
-      real(dp) :: unit_stress(ndim, ndim, modes) !! and its stress [1/sqrt(m)]
+      real(dp) :: unit(ndim, ndim, fields)       !! displacement gradient of a unit K of each mode, 0 at the tip
+                                                 !! itself [1/(Pa sqrt(m))], and of the force [1/(N/m)]
+      real(dp) :: unit_stress(ndim, ndim, fields) !! and its stress [1/sqrt(m)]
+      real(dp) :: resolved                       !! part of the source of the interaction with the force that is left to particles
    end type place_t
 
    !> All particles in the discs of a tip.
@@ -251,7 +254,7 @@ contains
       end associate
    end subroutine fill_place
 
-   !> The fields of each mode at a place.
+   !> The fields of each mode at a place, and of the force. With a singular part (`hampm_t_stress`) that acts at the origin of K.
    pure subroutine fill_fields(domain, field, x, size, place)
       type(tip_domain_t), intent(in) :: domain
       type(tip_field_t), intent(in) :: field     !! on this side of the crack
@@ -271,6 +274,15 @@ contains
             place%unit_stress(:, :, mode) = field%stress(a)
          end associate
       end do
+      if (.not. domain%has_force) return
+      place%resolved = 1
+      from_mode = x
+      if (domain%is_ring .or. domain%material%is_graded()) then
+         from_mode(1) = x(1) + domain%tip_offset_of(1)
+         place%resolved = min(1.0_dp, norm(from_mode)/domain%inner_radius())
+      end if
+      if (norm(from_mode) > 0) place%unit(:, :, fields) = domain%field%gradient_of_force(from_mode)
+      place%unit_stress(:, :, fields) = domain%field%stress(place%unit(:, :, fields))
    end subroutine fill_fields
 
    !> Whether places found are still those of a tip.
@@ -291,7 +303,7 @@ contains
       type(tip_domain_t), intent(in) :: domain
       real(dp), allocatable :: key(:)
       key = [domain%tip, domain%axes(:, 1), domain%cell, domain%tip_offset, domain%face_of_line, &
-             merge(1.0_dp, 0.0_dp, domain%is_beside), domain%speed, domain%radius]
+             merge(1.0_dp, 0.0_dp, [domain%is_beside, domain%has_force]), domain%speed, domain%radius]
    end function key_of
 
    !> Offset of the effective tip behind its node in a mode [m].

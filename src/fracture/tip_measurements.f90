@@ -6,7 +6,7 @@ module hampm_tip_measurements
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t
    use hampm_cut_cells, only: side_of_ties
-   use hampm_domain_integral, only: domain_integrals, shares_of_modes
+   use hampm_domain_integral, only: integrals_t, domain_integrals, shares_of_modes
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads
    use hampm_mass_solver, only: mass_solver_t
@@ -64,6 +64,7 @@ contains
       type(tip_domain_t) :: domain
       type(tip_field_t) :: field, fields(2)
       type(closed_faces_t) :: closed
+      type(integrals_t) :: found
       real(dp) :: k(modes, size(values%j)), k_uncertainty(modes, size(values%j)), most
       integer :: i
       domain%tip = tip%now
@@ -94,9 +95,13 @@ contains
       ! A pressure on such faces is a load for each direction along the axes
       domain%pressure = sum(factors*problem%loads%pressure, mask=problem%loads%line == tip%crack)/(2*ndim)
       if (tip%may_close) closed = sample_behind_tip(problem%interfaces, tip%now, tip%direction, tip%nodes%spacing)
-      call domain_integrals(domain, problem, factors, p, state, closed, values%places, values%j, k, k_uncertainty)
+      domain%has_force = allocated(values%t_stress)
+      call domain_integrals(domain, problem, factors, p, state, closed, values%places, found)
+      values%j = found%j
+      k = found%k
+      k_uncertainty = found%k_uncertainty
       if (allocated(values%t_stress)) then
-         values%t_stress = t_stresses(domain, problem, factors, p, state, closed, values%places, sum(k, dim=2)/size(values%j))
+         values%t_stress = t_stresses(domain, p, closed, values%places, found, sum(k, dim=2)/size(values%j))
          values%uncertainty_of_t_stress = 0
          if (closed%are_closed) values%uncertainty_of_t_stress = norm(closed%uncertainty_at(0.0_dp))/domain%thickness
       end if

@@ -6,7 +6,7 @@ program test_domain_integral
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_lines, only: line_t
    use hampm_crack_tip, only: frame_along
-   use hampm_domain_integral, only: domain_integrals, shares_of_modes
+   use hampm_domain_integral, only: integrals_t, domain_integrals, shares_of_modes
    use hampm_tip_domain, only: tip_domain_t, places_t
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
@@ -187,11 +187,15 @@ contains
       real(dp), intent(in) :: direction(ndim), radius(:)
       logical, intent(in) :: half
       type(nodal_state_t), intent(in) :: state
-      real(dp) :: found(1 + modes, size(radius)), uncertainty(modes, size(radius))
+      real(dp) :: found(1 + modes, size(radius))
+      type(tip_domain_t) :: domain
+      type(integrals_t) :: of
       type(places_t) :: places
-      call domain_integrals(tip_domain_t(tip=tip, axes=frame_along(direction), half=half, thickness=thickness, material=m%materials(1), radius=radius, &
-                                         field=new_tip_field(m%materials(1), direction)), &
-                            m, [real(dp) ::], m%particles, state, closed_faces_t(), places, found(1, :), found(2:, :), uncertainty)
+      domain = tip_domain_t(tip=tip, axes=frame_along(direction), half=half, thickness=thickness, material=m%materials(1), &
+                            radius=radius, field=new_tip_field(m%materials(1), direction))
+      call domain_integrals(domain, m, [real(dp) ::], m%particles, state, closed_faces_t(), places, of)
+      found(1, :) = of%j
+      found(2:, :) = of%k
    end function integrals
 
    !> Given fields of known factors: they are found, the better the more cells there are in a disc.
