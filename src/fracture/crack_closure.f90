@@ -2,122 +2,26 @@
 !> Mode 1 opens the faces, mode 2 slides them. On a symmetry plane there is no mode 2.
 module hampm_crack_closure
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_tip, only: crack_tip_t, frame_along, upper, lower
+   use hampm_crack_tip, only: crack_tip_t, upper, lower
    use hampm_crack_tip_field, only: modes
    use hampm_extrapolation, only: extrapolate
-   use hampm_face_jumps, only: faces, faces_at, jump_between
    use hampm_failure, only: failure_t
-   use hampm_grid, only: grid_t
-   use hampm_interface_points, only: interfaces_t, extend_opening
    use hampm_loads, only: force_at_node
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
-   use hampm_matter, only: matter_t
+   use hampm_openings, only: in_modes, opening_at
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
-   use hampm_patch, only: patch_t, patch_around, patch_of_face, fitted_displacement, internal_force, patch_mass
-   use hampm_tensors, only: norm, quarter_turn
+   use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
    implicit none
    private
-   public :: crack_opening, path_opening, stress_closure, virtual_crack_closure
+   public :: stress_closure, virtual_crack_closure
 
    ! Integrals over a side of products of its shape functions, for ends and middle: of the node behind and half a cell behind, which
    ! close on the tip, with those at the tip, half a cell ahead and ahead
    real(dp), parameter :: of_quadratic(2, 3) = reshape([4, 2, 2, 16, -1, 2], [2, 3])/30.0_dp
 
 contains
-
-   !> Opening and sliding of the upper against the lower face at their nodes `face` [m].
-   pure function crack_opening(tip, face, problem, p) result(opening)
-      type(crack_tip_t), intent(in) :: tip
-      integer, intent(in) :: face(2)             !! `behind` or `mouth` of the nodes of the tip
-      type(problem_t), intent(in) :: problem
-      type(particles_t), intent(in) :: p
-      real(dp) :: opening(modes)
-      type(patch_t) :: patch
-      real(dp) :: u(ndim, 2)
-      integer :: k
-      u = 0
-      do k = 1, 2
-         if (face(k) == 0) cycle
-         call patch_of_face(problem%grid, p, problem%blocks, face(k), patch)
-         u(:, k) = fitted_displacement(patch, p)
-      end do
-      opening = parted(tip, u)
-   end function crack_opening
-
-   !> Opening of a path at its point next to a place; 0 without material on both sides [m]. Where cells meet, those on one side of
-   !> it are used, or the mean of both, so that mirror images open alike. Where none is cut, the next cut one within half a cell.
-   !> Sampled by particles on both sides; for pressed faces by the overlap of interface points.
-   pure function path_opening(tip, x, toward, m, interfaces) result(opening)
-      type(crack_tip_t), intent(in) :: tip
-      real(dp), intent(in) :: x(ndim)            !! on the line of a crack, or near it, in the grid [m]
-      real(dp), intent(in) :: toward(ndim)       !! unit vector along the crack to the side whose cells are sampled, 0: both
-      type(matter_t), intent(in) :: m
-      type(interfaces_t), intent(in) :: interfaces
-      real(dp) :: opening(modes)
-      real(dp), parameter :: beside = 1e-2_dp    ! cells; well above the sampling distance beside the line (`faces_at`),
-                                                 ! as a crack at 45 degrees through an edge of cells needs
-      real(dp) :: point(ndim), normal(ndim), along(ndim), axis(ndim, ndim), jump(ndim), at_points(ndim), across
-      logical :: may_touch
-      real(dp), parameter :: rounding = 1e-9_dp  ! part of an opening: faces with the same motion have none
-      integer, parameter :: steps = 8            ! sixteenths of a cell: a sliver without a sample (`hampm_cut_cells`) is uncut
-      integer :: elements(faces), side, n, k
-      opening = 0
-      call m%grid%cut_cells%find_nearest(x, point, normal, tip%crack) ! at its end another one may be as near
-      call halve_kink(m%grid, tip%crack, point, tip%nodes%spacing, normal)
-      along = quarter_turn(-normal)
-      if (dot_product(along, toward) < 0) along = -along
-      axis = frame_along(tip%direction)
-      n = 0
-      do side = 1, -1, -2
-         do k = 0, steps
-            elements = faces_at(m, point + side*(beside + k/(2.0_dp*steps))*tip%nodes%spacing*along, normal, tip%only_face())
-            if (any(elements > 0)) exit
-         end do
-         if (all(elements == 0)) cycle
-         jump = jump_between(m, elements, point)
-         call extend_opening(interfaces, tip%crack, point, side*along, at_points, may_touch)
-         if (may_touch) then
-            across = dot_product(at_points, normal)
-            if (across < rounding*norm(jump)) jump = jump + (across - dot_product(jump, normal))*normal
-         end if
-         opening = opening + matmul(jump, axis(:, [2, 1]))
-         n = n + 1
-         if (norm(toward) > 0) exit
-      end do
-      if (n > 1) opening = opening/n
-      if (tip%end == 1) opening = -opening       ! its upper face is the right one, as one walks along the crack
-      if (tip%is_half()) opening = [2*opening(1), 0.0_dp]
-   end function path_opening
-
-   !> At a kink of a line, average the normals of both parts: the order of the parts must not matter.
-   pure subroutine halve_kink(grid, line, point, cell, normal)
-      type(grid_t), intent(in) :: grid
-      integer, intent(in) :: line
-      real(dp), intent(in) :: point(ndim)        !! on the line [m]
-      real(dp), intent(in) :: cell               !! [m]
-      real(dp), intent(inout) :: normal(ndim)    !! unit vector
-      real(dp), parameter :: beside = 1e-3_dp    ! cells
-      real(dp) :: nearest(ndim), of_part(ndim), mean(ndim)
-      integer :: side
-      mean = 0
-      do side = -1, 1, 2
-         call grid%cut_cells%find_nearest(point + side*beside*cell*quarter_turn(-normal), nearest, of_part, &
-                                          line)
-         mean = mean + sign(1.0_dp, dot_product(of_part, normal))*of_part
-      end do
-      if (norm(mean) > 0) normal = mean/norm(mean)
-   end subroutine halve_kink
-
-   !> Opening and sliding from the displacements of the faces; a missing face is the mirror image of the other.
-   pure function parted(tip, u) result(opening)
-      type(crack_tip_t), intent(in) :: tip
-      real(dp), intent(in) :: u(ndim, 2)         !! of the upper and the lower face, 0 if absent
-      real(dp) :: opening(modes)
-      opening = matmul(u(:, upper) - u(:, lower), tip%axis(:, [2, 1]))
-      if (tip%is_half()) opening = [2*opening(1), 0.0_dp]
-   end function parted
 
    !> G by stress closure, (12)-(14), of each mode: displacements of nodes (1) and (1') and stresses at nodes (2) and (3), each
    !> extrapolated with the mass matrix of the run [J/m2]. It tends to a constant times G as cells become small: the constant is
@@ -159,14 +63,11 @@ contains
       !> Opening and sliding at nodes of the faces [m].
       pure function parted_at(face) result(opening)
          integer, intent(in) :: face(2)
-         real(dp) :: opening(modes)
-         real(dp) :: u(ndim, 2)
-         integer :: k
-         u = 0
-         do k = 1, 2
-            if (face(k) > 0) u(:, k) = displacement(:, face(k))
-         end do
-         opening = parted(tip, u)
+         real(dp) :: opening(modes), apart(ndim)
+         apart = 0
+         if (face(upper) > 0) apart = displacement(:, face(upper))
+         if (face(lower) > 0) apart = apart - displacement(:, face(lower))
+         opening = in_modes(apart, tip%axis, tip%is_half())
       end function parted_at
 
       !> Traction at a node, across the crack and along it [Pa].
@@ -210,20 +111,20 @@ contains
       real(dp), intent(inout) :: rate(modes), uncertainty(modes)
       type(failure_t), intent(inout) :: failure
       real(dp) :: work(modes)
-      work = force_at(tip%nodes%tip, 2*tractions_at([tip%nodes%tip, tip%nodes%tip]))*opening_at(tip%nodes%behind)
+      work = force_at(tip%nodes%tip, 2*tractions_at([tip%nodes%tip, tip%nodes%tip]))*parted_at(tip%nodes%behind)
       if (tip%nodes%half_ahead > 0) &
-         work = work + force_at(tip%nodes%half_ahead, tractions_at(tip%nodes%half_behind))*opening_at(tip%nodes%half_behind)
+         work = work + force_at(tip%nodes%half_ahead, tractions_at(tip%nodes%half_behind))*parted_at(tip%nodes%half_behind)
       rate = work/(2*tip%nodes%spacing*p%thickness%at(tip%now))
 
    contains
 
       !> Opening and sliding at nodes of the faces; the overlap of pressed faces is the compliance of their layer [m].
-      pure function opening_at(face) result(opening)
+      pure function parted_at(face) result(opening)
          integer, intent(in) :: face(2)
          real(dp) :: opening(modes)
-         opening = crack_opening(tip, face, problem, p)
+         opening = opening_at(tip, face, problem, p)
          if (tip%may_close) opening(1) = max(opening(1), 0.0_dp)
-      end function opening_at
+      end function parted_at
 
       !> Force through a node across the crack and along it [N], between two materials with its sign, else its size.
       pure function force_at(node, applied) result(force)

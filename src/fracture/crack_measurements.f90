@@ -3,7 +3,6 @@ module hampm_crack_measurements
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
-   use hampm_crack_closure, only: crack_opening, path_opening
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t, best_t
    use hampm_cracks, only: cracks_t
@@ -14,6 +13,7 @@ module hampm_crack_measurements
    use hampm_loads, only: factors_at
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
+   use hampm_openings, only: opening_at
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_crack_tip_field, only: modes, tip_field_t
@@ -44,14 +44,13 @@ contains
       associate (p => problem%particles, grid => problem%grid, tip => cracks%tips(number))
          if (tip%is_measured()) call estimate_rates(problem, factors_at(problem%loads, problem%state%time), tip, p, state, &
                                                       extrapolation, values, failure)
-         values%mouth = path_opening(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, problem%matter_t, &
-                                     problem%interfaces)
+         values%mouth = opening_at(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, problem, p)
          if (.not. tip%is_measured()) return
          associate (behind => tip%now - tip%nodes%spacing*tip%direction)
             if (tip%nodes%tip == 0 .or. tip%may_close) &
-               values%behind = path_opening(tip, behind, -tip%direction, problem%matter_t, problem%interfaces)
+               values%behind = opening_at(tip, behind, -tip%direction, problem, p)
             if (tip%nodes%tip > 0) then
-               at_node = crack_opening(tip, tip%nodes%behind, problem, p)
+               at_node = opening_at(tip, tip%nodes%behind, problem, p)
                if (tip%may_close .and. values%behind(1) < 0) at_node(1) = values%behind(1)
                values%behind = at_node
             end if

@@ -13,12 +13,10 @@
 module hampm_front_closure
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: inside_cell
-   use hampm_dofs, only: most_nodes_of_leaf
    use hampm_front, only: front_t
    use hampm_front_integral, only: front_domain_t, front_place_t, front_modes, along, cell_at, locate
    use hampm_interface_points, only: bonded, force_of
-   use hampm_patch, only: patch_t, patch_around, fitted_displacement
-   use hampm_plane_points, only: elements_beside
+   use hampm_openings, only: motions_t, opening_at
    use hampm_problem, only: problem_t
    use hampm_tensors, only: identity
    implicit none
@@ -28,7 +26,6 @@ module hampm_front_closure
    integer, parameter :: closed_ways = 2         !! by one cell, and by two
    integer, parameter :: upper = 1, lower = 2
    real(dp), parameter :: in_plane = 1e-6_dp     !! cells
-   real(dp), parameter :: none = 1e-14_dp        !! share of a node
    real(dp), parameter :: reach = 3.5_dp         !! cells from the front considered for forces and separations
 
    !> Nodal forces in the plane around a front, from the material on both sides.
@@ -47,17 +44,14 @@ contains
       type(problem_t), intent(in) :: problem
       real(dp), allocatable, intent(out) :: rate(:, :, :)
       type(sides_t) :: sides
-      real(dp), allocatable :: u(:, :)           ! displacement of points, where known
-      logical, allocatable :: is_known(:)
+      type(motions_t) :: motions
       real(dp) :: cell, across(ndim), pressure
       integer :: i, k, side                      ! side with material, of a plane of symmetry
       associate (grid => problem%grid, front => domain%front, cut => problem%grid%planes(domain%front%crack))
          allocate (rate(front_modes, front%n(), closed_ways), source=0.0_dp)
-         allocate (u(ndim, grid%n_points), is_known(grid%n_points))
-         is_known = .false.
          across = identity(:, front%axis)
          cell = cell_at(front, problem)
-         side = merge(upper, lower, domain%upper(front%axis) - front%plane > front%plane - domain%lower(front%axis))
+         side = domain%only_side()
          call sum_sides(front, problem, reach*cell, sides)
          pressure = 0
          do k = 1, size(problem%loads)
@@ -95,7 +89,7 @@ contains
          real(dp), intent(in) :: x(ndim)         !! [m]
          real(dp), intent(in) :: force(ndim)     !! of the upper on the lower side [N]
          type(front_place_t) :: here, between
-         real(dp) :: way(ndim)
+         real(dp) :: way(ndim), opening(ndim)
          integer :: k, d
          associate (front => domain%front)
             here = locate(front, x, reach*cell)
@@ -104,10 +98,12 @@ contains
                do d = 1, size(front%along)
                   way = sign(k*cell, here%outward(front%along(d)))*identity(:, front%along(d))
                   between = locate(front, x - way/2, (reach + k)*cell)
-                  if (between%node > 0) call give(between, k, force, (opening_at(x - way) - opening_at(x + way)) &
-                                                  *dot_product(way, between%outward)/(2*sum(way**2)))
+                  if (between%node == 0) cycle
+                  opening = parted_at(x - way)
+                  opening = opening - parted_at(x + way)
+                  call give(between, k, force, opening*dot_product(way, between%outward)/(2*sum(way**2)))
                end do
-               call give(here, k, force, -opening_at(x)*here%curvature/(2*(1 + here%curvature*here%ahead)))
+               call give(here, k, force, -parted_at(x)*here%curvature/(2*(1 + here%curvature*here%ahead)))
             end do
          end associate
       end subroutine close_at
@@ -128,44 +124,14 @@ contains
          rate(:, next, k) = rate(:, next, k) + place%part*work
       end subroutine give
 
-      !> Separation of the faces at a place, sampled beyond a side of the material at it; faces that may touch do not overlap [m].
-      function opening_at(x) result(opening)
+      !> Separation of the faces at a place; those that may touch do not overlap [m].
+      function parted_at(x) result(opening)
          real(dp), intent(in) :: x(ndim)         !! [m]
-         real(dp) :: opening(ndim), inside(ndim), weight(problem%grid%n_functions, most_nodes_of_leaf), share(most_nodes_of_leaf)
-         integer :: e(2), master(most_nodes_of_leaf), n, k, i
-         inside = min(max(x, domain%lower + in_plane*cell), domain%upper - in_plane*cell)
-         inside(domain%front%axis) = domain%front%plane
-         opening = 0
-         associate (grid => problem%grid, cut => problem%grid%planes(domain%front%crack))
-            e = elements_beside(problem%matter_t, cut, side, inside)
-            do k = upper, lower
-               if (e(k) == 0) cycle
-               call grid%dofs%masters_of(grid%support_of(e(k)), n, master, weight)
-               share(:n) = (3 - 2*k)*matmul(grid%functions_in(e(k), grid%local_coordinate(e(k), inside)), weight(:, :n))
-               do i = 1, n
-                  if (abs(share(i)) < none) cycle
-                  call find_displacement(problem, master(i), is_known, u)
-                  opening = opening + share(i)*u(:, master(i))
-               end do
-            end do
-            if (cut%is_symmetry) opening = 2*dot_product(opening, across)*across
-            if (cut%contact) opening = opening - min(dot_product(opening, across), 0.0_dp)*across
-         end associate
-      end function opening_at
+         real(dp) :: opening(ndim)
+         opening = opening_at(domain, x, problem, motions)
+         if (problem%grid%planes(domain%front%crack)%contact) opening = opening - min(dot_product(opening, across), 0.0_dp)*across
+      end function parted_at
    end subroutine closure_rates
-
-   !> The displacement of a node, where it is not known yet.
-   pure subroutine find_displacement(problem, node, is_known, u)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: node
-      logical, intent(inout) :: is_known(:)
-      real(dp), intent(inout) :: u(:, :)         !! [m]
-      type(patch_t) :: patch
-      if (is_known(node)) return
-      call patch_around(problem%grid, problem%particles, problem%blocks, node, patch)
-      u(:, node) = fitted_displacement(patch, problem%particles)
-      is_known(node) = .true.
-   end subroutine find_displacement
 
    !> Sum nodal values of the material on both sides in the plane around a front.
    pure subroutine sum_sides(front, problem, far, sides)

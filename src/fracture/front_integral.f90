@@ -38,6 +38,8 @@ module hampm_front_integral
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! of all material [m]
       real(dp) :: cell = 0                       !! the finest [m]
       logical :: has_modes = .false.             !! whether K have a meaning there: by isotropic laws of small strain
+   contains
+      procedure :: only_side
    end type front_domain_t
 
    !> A place as seen from the nearest place of a front.
@@ -51,6 +53,14 @@ module hampm_front_integral
    end type front_place_t
 
 contains
+
+   !> The side of a plane of symmetry with material: 1 above, 2 below.
+   pure integer function only_side(self)
+      class(front_domain_t), intent(in) :: self
+      associate (axis => self%front%axis, plane => self%front%plane)
+         only_side = merge(1, 2, self%upper(axis) - plane > plane - self%lower(axis))
+      end associate
+   end function only_side
 
    !> Means over hats: G at front nodes [J/m2], (nodes, radii), and K_I, K_II and K_III [Pa sqrt(m)], (modes, nodes, radii).
    subroutine front_integrals(domain, problem, state, g, k)

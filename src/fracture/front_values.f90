@@ -17,6 +17,7 @@ module hampm_front_values
    use hampm_loads, only: factors_at
    use hampm_material, only: are_of_one
    use hampm_nodal_state, only: nodal_state_t
+   use hampm_openings, only: motions_t, opening_at
    use hampm_problem, only: problem_t
    use hampm_snapshots, only: piece_t, add_field, vtk_line
    use hampm_text, only: to_text
@@ -286,28 +287,20 @@ contains
       end do
    end subroutine find_scatter
 
-   !> Whether the faces behind each hat have overlapped, by the displacements of the particles there.
-   pure function have_overlapped(problem, values) result(have)
+   !> Whether the faces behind each hat have overlapped.
+   function have_overlapped(problem, values) result(have)
       type(problem_t), intent(in) :: problem
       type(front_values_t), intent(in) :: values
       logical :: have(size(values%arc))
-      real(dp), parameter :: behind = 1.5_dp, around = 2 ! cells
-      real(dp) :: x(ndim), cell, volume(2), way(2) ! of particles on both sides: volume, and displacement times it [m3], [m4]
-      integer :: j, i, side
-      associate (front => values%domain%front, p => problem%particles)
-         cell = cell_at(front, problem)
+      real(dp), parameter :: behind = 1.5_dp     ! cells
+      real(dp) :: opening(ndim)
+      type(motions_t) :: motions
+      integer :: j
+      associate (front => values%domain%front)
          do j = 1, size(have)
-            x = values%at(:, j) - behind*cell*values%outward(:, j)
-            volume = 0
-            way = 0
-            do i = 1, p%n
-               if (norm(p%reference(i, :) - x) > around*cell) cycle
-               side = merge(1, 2, p%reference(i, front%axis) > front%plane)
-               volume(side) = volume(side) + p%volume(i)
-               way(side) = way(side) + p%volume(i)*p%displacement(i, front%axis)
-            end do
-            way = way/max(volume, tiny(volume))
-            have(j) = way(1) < way(2)
+            opening = opening_at(values%domain, values%at(:, j) - behind*cell_at(front, problem)*values%outward(:, j), problem, &
+                                 motions)
+            have(j) = opening(front%axis) < 0
          end do
       end associate
    end function have_overlapped

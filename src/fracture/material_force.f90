@@ -13,15 +13,17 @@
 module hampm_material_force
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: points_of_quadratic, inside_cell
-   use hampm_crack_tip, only: crack_tip_t, frame_along, upper
+   use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes, tip_field_t
    use hampm_energy_momentum, only: ways, frame_t, sample_t, take_sample, energy_momentum
    use hampm_failure, only: failure_t
    use hampm_interface_points, only: add_interface_forces
    use hampm_mass_solver, only: mass_solver_t
+   use hampm_material, only: material_t
+   use hampm_openings, only: opening_at
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
-   use hampm_tensors, only: norm, identity
+   use hampm_tensors, only: norm, identity, in_plane, quarter_turn
    use hampm_tip_domain, only: fields_at, nodes_at_others
    implicit none
    private
@@ -111,48 +113,52 @@ contains
       end associate
    end subroutine add_particle
 
-   !> Share of each mode in G, signed as the separation of the faces: of K whose field has the mean opening and sliding of the faces
-   !> up to a distance behind the tip, with each particle within a cell of the crack moved to that by its own slope. For laws of
-   !> finite rotation the frame turns with the mean of F there.
+   !> Share of each mode in G, signed as the separation of the faces: of K whose field has their mean opening and sliding in the
+   !> cells up to a distance behind the tip. For laws of finite rotation the frame turns with the mean of F there.
    pure function parts_of_modes(problem, tip, reach, p) result(part)
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(in) :: reach              !! [m]
       type(particles_t), intent(in) :: p
-      real(dp) :: part(modes), moved(ndim, 2), volume(2), x(ndim), mean(ndim, ndim), angle, opening(ndim), k(modes), beside
+      real(dp) :: part(modes), axes(ndim, ndim), opening(modes), k(modes)
       type(tip_field_t) :: field(2)
-      logical :: turns
-      integer :: i, face
+      integer :: n
       part = [1, 0]
-      beside = even*tip%nodes%spacing
-      moved = 0
-      volume = 0
+      axes = tip%axis
+      if (.not. tip%is_half()) axes = matmul(rotation_around(tip, p, problem%materials, (1 + even)*reach), axes)
+      opening = 0
+      do n = 1, nint(reach/tip%nodes%spacing)
+         associate (behind => (n - 0.5_dp)*tip%nodes%spacing)
+            opening = opening + opening_at(tip, tip%now - behind*tip%direction, -tip%direction, problem, p, axes)
+         end associate
+      end do
+      field = fields_at(problem%materials, tip)
+      k = field(1)%intensities_of(opening, 1.0_dp)
+      if (field(1)%rate_of(k) > 0) part = field(1)%shares(k)*sign(1.0_dp, k)
+   end function parts_of_modes
+
+   !> Rotation in the mean of F around a tip; none where all laws there are for small ones.
+   pure function rotation_around(tip, p, materials, reach) result(turn)
+      type(crack_tip_t), intent(in) :: tip
+      type(particles_t), intent(in) :: p
+      type(material_t), intent(in) :: materials(:)
+      real(dp), intent(in) :: reach              !! [m]
+      real(dp) :: turn(ndim, ndim)
+      real(dp) :: mean(ndim, ndim), c, s
+      logical :: turns
+      integer :: i
+      turn = identity
       mean = 0
       turns = .false.
       do i = 1, p%n
-         x = matmul(p%reference(i, :) - tip%place, tip%axis)
-         if (norm(x) > (1 + even)*reach) cycle
-         associate (h => p%gradient_of(i), v => p%volume(i))
-            mean = mean + v*(identity + h)
-            turns = turns .or. problem%materials(p%material(i))%is_finite
-            if (x(1) > -beside .or. abs(x(2)) < beside .or. abs(x(2)) > tip%nodes%spacing + beside) cycle
-            face = merge(1, 2, x(2) > 0)
-            moved(:, face) = moved(:, face) + v*(p%displacement(i, :) - x(2)*matmul(h, tip%axis(:, 2)))
-            volume(face) = volume(face) + v
-         end associate
+         if (norm(p%reference(i, :) - tip%place) > reach) cycle
+         mean = mean + p%volume(i)*(identity + p%gradient_of(i))
+         turns = turns .or. materials(p%material(i))%is_finite
       end do
-      if (tip%is_half()) then                    ! the other face is the mirror image of the one that there is
-         face = merge(1, 2, tip%face(upper))
-         volume(3 - face) = volume(face)
-         moved(:, 3 - face) = moved(:, face) - 2*dot_product(moved(:, face), tip%axis(:, 2))*tip%axis(:, 2)
-      end if
-      if (.not. all(volume > 0)) return
-      angle = 0
-      if (turns .and. .not. tip%is_half()) angle = atan2(mean(2, 1) - mean(1, 2), mean(1, 1) + mean(2, 2))
-      field = fields_at(problem%materials, tip)
-      opening = matmul(moved(:, 1)/volume(1) - moved(:, 2)/volume(2), &
-                       frame_along(cos(angle)*tip%axis(:, 1) + sin(angle)*tip%axis(:, 2)))
-      k = field(1)%intensities_of(opening([2, 1]), 1.0_dp)
-      if (field(1)%rate_of(k) > 0) part = field(1)%shares(k)*sign(1.0_dp, k)
-   end function parts_of_modes
+      if (.not. turns) return
+      c = mean(1, 1) + mean(2, 2)
+      s = mean(2, 1) - mean(1, 2)
+      turn(:, 1) = in_plane(c, s)/max(hypot(c, s), tiny(c))
+      turn(:, 2) = quarter_turn(turn(:, 1))
+   end function rotation_around
 end module hampm_material_force

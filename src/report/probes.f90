@@ -6,10 +6,13 @@ module hampm_probes
    use hampm_crack_lines, only: left_face, right_face, both_faces
    use hampm_crack_lines, only: segment_at
    use hampm_crack_placement, only: body_at
+   use hampm_crack_tip, only: frame_along
+   use hampm_crack_tip_field, only: modes
    use hampm_cracks, only: cracks_t
    use hampm_history, only: history_t
    use hampm_load_lines, only: find_load_line
    use hampm_model, only: model_t, probe_t, path_of
+   use hampm_openings, only: in_modes
    use hampm_point_values, only: view_t, surroundings_t, new_view, look_around, weights_of, weights_of_cells, &
                                    quadratic_fit
    use hampm_problem, only: problem_t
@@ -206,7 +209,7 @@ contains
       real(dp), allocatable :: points(:, :)
       type(view_t) :: view
       character(:), allocatable :: name
-      real(dp) :: parted(ndim), left, length, between
+      real(dp) :: parted(modes), left, length, between
       integer :: number, k
       number = path_of(model, probe%of(1))
       name = trim(probe%name)
@@ -250,7 +253,7 @@ contains
       integer, intent(in) :: face                !! which faces there are
       real(dp), intent(in) :: x(ndim)            !! on the crack [m]
       real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
-      real(dp) :: parted(ndim)
+      real(dp) :: parted(modes)
       type(surroundings_t) :: around
       real(dp), allocatable :: weights(:)
       real(dp) :: jump(ndim), c, s
@@ -272,8 +275,7 @@ contains
       end do
       if (any(problem%materials%is_finite) .and. hypot(c, s) > 0) &
          jump = in_plane(c*jump(1) + s*jump(2), c*jump(2) - s*jump(1))/hypot(c, s)
-      parted = in_plane(dot_product(normal, jump), normal(2)*jump(1) - normal(1)*jump(2))
-      if (face /= both_faces) parted = in_plane(2*parted(1), 0.0_dp)
+      parted = in_modes(jump, frame_along(quarter_turn(-normal)), face /= both_faces)
    end function parted_at
 
    !> Volume between the faces of a straight part of a crack, with material on both sides [m3]: the integral of the opening by the
@@ -286,7 +288,7 @@ contains
       real(dp), intent(in) :: from(ndim), to(ndim) !! its ends [m]
       real(dp) :: integral
       real(dp), parameter :: beside = 1e-3_dp, most = 0.5_dp + 1e-9_dp ! cells
-      real(dp) :: x(ndim), aside(ndim), parted(ndim), cell
+      real(dp) :: x(ndim), aside(ndim), parted(modes), cell
       integer :: side
       x = (from + to)/2
       aside = beside*problem%grid%finest_cell*left_of(from, to)

@@ -4,7 +4,8 @@ program test_crack_closure
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: shape_functions
    use hampm_constraints, only: constraints_t
-   use hampm_crack_closure, only: path_opening, stress_closure, virtual_crack_closure
+   use hampm_crack_closure, only: stress_closure, virtual_crack_closure
+   use hampm_openings, only: opening_at
    use hampm_crack_tip_field, only: modes
    use hampm_cracks, only: cracks_t, last_point
    use hampm_measurements, only: dcb_energy_release_rate, chi_foundation
@@ -184,7 +185,7 @@ contains
          do turn = 1, -1, -2
             p%displacement(:, 2) = turn*side*d
             p%gradient = 0                       ! which tells of displacements, too
-            opening = path_opening(tip, tip%place - cell*tip%direction, -tip%direction, m%matter_t, m%interfaces)
+            opening = opening_at(tip, tip%place - cell*tip%direction, -tip%direction, m, m%particles)
             call check_close(opening(1), turn*2*d, 1.0e-14_dp*d, 'the opening counts both faces')
             do i = 1, p%n
                p%gradient(i, :, :) = reshape([-poisson*strain, 0.0_dp, 0.0_dp, strain], [ndim, ndim])
@@ -270,9 +271,9 @@ contains
             p%displacement(i, :) = sign(d, dot_product(p%reference(i, :), tip%axis(:, 2)))*(tip%axis(:, 1) + tip%axis(:, 2))
          end do
          p%reference = p%reference - p%displacement
-         opening = path_opening(tip, tip%place - cell*tip%direction, -tip%direction, m%matter_t, m%interfaces)
+         opening = opening_at(tip, tip%place - cell*tip%direction, -tip%direction, m, m%particles)
          call check_close(maxval(abs(opening - 2*d)), 0.0_dp, 1.0e-13_dp*d, 'opening and sliding are those of the faces')
-         opening = path_opening(tip, cracks%crack(1)%mouth, [0.0_dp, 0.0_dp], m%matter_t, m%interfaces)
+         opening = opening_at(tip, cracks%crack(1)%mouth, [0.0_dp, 0.0_dp], m, m%particles)
          call check_close(maxval(abs(opening - 2*d)), 0.0_dp, 1.0e-13_dp*d, 'so are those at the mouth')
          do i = 1, p%n
             p%gradient(i, :, :) = h
