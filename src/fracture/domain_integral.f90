@@ -71,7 +71,7 @@ contains
       type(closed_faces_t), intent(in) :: closed !! tractions behind a closed tip
       type(places_t), intent(inout) :: places    !! of the last time: found anew if tip or mesh have changed
       type(integrals_t), intent(out) :: found
-      real(dp) :: by_closed(modes, size(domain%radius)), carried(ndim), x(ndim), velocity(ndim)
+      real(dp) :: by_closed(modes, size(domain%radius)), x(ndim), velocity(ndim)
       real(dp) :: sums(size(domain%radius), 0:fields), flux(ways, ndim), source(ways) ! of J and of each field
       type(sample_t) :: s
       integer :: radii, n, mode
@@ -82,8 +82,6 @@ contains
          call find_frame(domain, problem%materials, p, places)
          x = 0
          velocity = 0
-         carried = 0
-         if (domain%field%is_running) carried = mean_velocity(domain, p, places)
          call fill_places(domain, grid, blocks, p, places)
          sums = 0
          by_closed = 0
@@ -94,7 +92,7 @@ contains
                call weigh(s%volume, flux, source, radii, places%q(1, n), places%dq(1, 1, n), sums)
                if (domain%field%is_running) then
                   x = domain%from_tip(p%place_in_grid(place%particle), p%total_frame)
-                  velocity = domain%in_axes(p%velocity(place%particle, :)) - carried
+                  velocity = domain%in_axes(p%velocity(place%particle, :)) - domain%carried
                end if
                do mode = 1, merge(fields, modes, domain%has_force)
                   call interaction(s, domain%frame_t, material, place%unit(:, :, mode), place%unit_stress(:, :, mode), flux, source)
@@ -140,24 +138,27 @@ contains
       if (any(abs(k) > 0)) g = abs(j)*field%shares(k)*sign(1.0_dp, k)
    end function shares_of_modes
 
-   !> Complete the frame of a tip by the rotation of the material in the discs, zero for laws of small rotation, and the mean of u,1
-   !> turned back by it. On a symmetry plane the normal stress allows only the component along it to be subtracted.
+   !> Complete the frame of a tip by the rotation of the material in the discs, zero for laws of small rotation, and by the means
+   !> of u,1, turned back by it, and, of a running tip, of the velocity. On a symmetry plane the normal stress allows only the
+   !> component along it to be subtracted.
    pure subroutine find_frame(domain, materials, p, places)
       type(tip_domain_t), intent(inout) :: domain
       type(material_t), intent(in) :: materials(:)
       type(particles_t), intent(in) :: p
       type(places_t), intent(in) :: places
-      real(dp) :: weight, total, mean(ndim, ndim), angle
+      real(dp) :: weight, total, mean(ndim, ndim), velocity(ndim), angle
       logical :: turns
       integer :: n
       domain%mu = domain%material%mu
       mean = 0
+      velocity = 0
       total = 0
       turns = .false.
       do n = 1, size(places%list)
          associate (i => places%list(n)%particle)
             weight = p%volume(i)*places%list(n)%weight
             mean = mean + weight*p%gradient_of(i)
+            if (domain%field%is_running) velocity = velocity + weight*p%velocity(i, :)
             turns = turns .or. materials(p%material(i))%is_finite
             total = total + weight
          end associate
@@ -170,28 +171,10 @@ contains
          domain%turn(:, 2) = in_plane(-sin(angle), -2*sin(angle/2)**2)
       end if
       domain%constant(:, 1) = matmul(turned_back(domain, matmul(mean, domain%axes(:, 1)), domain%axes(:, 1)), domain%axes)
+      domain%carried = domain%in_axes(velocity/total)
       if (domain%half) domain%constant(2, 1) = 0
+      if (domain%half) domain%carried(2) = 0
    end subroutine find_frame
-
-   !> Mean velocity of the material around a tip over the discs, as c is the mean of u,1, in the axes of the crack [m/s].
-   pure function mean_velocity(domain, p, places) result(mean)
-      type(tip_domain_t), intent(in) :: domain
-      type(particles_t), intent(in) :: p
-      type(places_t), intent(in) :: places
-      real(dp) :: mean(ndim), total, weight
-      integer :: n
-      mean = 0
-      total = 0
-      do n = 1, size(places%list)
-         associate (i => places%list(n)%particle)
-            weight = p%volume(i)*places%list(n)%weight
-            mean = mean + weight*domain%in_axes(p%velocity(i, :))
-            total = total + weight
-         end associate
-      end do
-      mean = mean/max(total, tiny(total))
-      if (domain%half) mean(2) = 0
-   end function mean_velocity
 
    !> The change u,d of the displacement along a direction d without the turn of the material: R**T (d + u,d) - d [-].
    pure function turned_back(domain, slope, along)

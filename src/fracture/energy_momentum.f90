@@ -71,7 +71,7 @@ contains
       integer, intent(in) :: i
       real(dp), intent(in) :: acceleration(ndim) !! div P over the density [m/s2]
       type(sample_t), intent(out) :: s
-      real(dp) :: h(ndim, ndim), turned(ndim, ndim), stress(ndim, ndim), constant(ndim)
+      real(dp) :: h(ndim, ndim), turned(ndim, ndim), stress(ndim, ndim), constant(ndim), along(ndim)
       logical :: is_turned
       is_turned = any(abs(frame%turn) > 0)
       associate (history => p%history_of(i))
@@ -112,7 +112,10 @@ contains
       if (abs(frame%pressure) > 0) call take_off_pressure(frame, material%is_finite .or. .not. p%total_frame, h, stress, s)
       s%stress = components(stress)
       s%slope = turned(:, :ways)
-      if (ndim == plane) s%slope(:, 1) = matmul(matmul(turned, frame%axes(:, 1)), frame%axes) - frame%constant(:, 1)
+      if (ndim == plane) then
+         along = turned(:, 1)*frame%axes(1, 1) + turned(:, 2)*frame%axes(2, 1)
+         s%slope(:, 1) = matmul(along, frame%axes) - frame%constant(:, 1)
+      end if
       s%divergence = material%density*frame%in_axes(acceleration)
 
    contains
@@ -120,12 +123,17 @@ contains
       !> Components in the axes, of a tensor of the material.
       pure function components(tensor) result(t)
          real(dp), intent(in) :: tensor(ndim, ndim)
-         real(dp) :: t(ndim, ndim)
+         real(dp) :: t(ndim, ndim), column(ndim)
+         integer :: d
          t = tensor
          if (ndim > plane) return
          t = product_of(t, frame%axes)
          if (is_turned .and. .not. material%is_finite) t = t + matmul(transpose(frame%turn), t)
-         t = product_of(transpose(frame%axes), t)
+         do d = 1, plane
+            column = t(:, d)
+            t(1, d) = frame%axes(1, 1)*column(1) + frame%axes(2, 1)*column(2)
+            t(2, d) = frame%axes(1, 2)*column(1) + frame%axes(2, 2)*column(2)
+         end do
       end function components
    end subroutine take_sample
 
@@ -184,7 +192,7 @@ contains
       work = sum(s%stress*a)
       do d = 1, ndim
          do m = 1, ways
-            flux(m, d) = dot_product(a(:, m), s%stress(:, d)) + dot_product(s%slope(:, m), stress(:, d))
+            flux(m, d) = sum(a(:, m)*s%stress(:, d) + s%slope(:, m)*stress(:, d))
          end do
       end do
       do m = 1, ways

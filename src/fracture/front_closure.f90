@@ -16,7 +16,7 @@ module hampm_front_closure
    use hampm_front, only: front_t
    use hampm_front_integral, only: front_domain_t, front_place_t, front_modes, along, cell_at, locate
    use hampm_interface_points, only: bonded, force_of
-   use hampm_openings, only: motions_t, opening_at
+   use hampm_openings, only: opening_at
    use hampm_problem, only: problem_t
    use hampm_tensors, only: identity
    implicit none
@@ -44,7 +44,7 @@ contains
       type(problem_t), intent(in) :: problem
       real(dp), allocatable, intent(out) :: rate(:, :, :)
       type(sides_t) :: sides
-      type(motions_t) :: motions
+      real(dp), allocatable :: u(:, :)           ! displacements of nodes, where known
       real(dp) :: cell, across(ndim), pressure
       integer :: i, k, side                      ! side with material, of a plane of symmetry
       associate (grid => problem%grid, front => domain%front, cut => problem%grid%planes(domain%front%crack))
@@ -128,7 +128,7 @@ contains
       function parted_at(x) result(opening)
          real(dp), intent(in) :: x(ndim)         !! [m]
          real(dp) :: opening(ndim)
-         opening = opening_at(domain, x, problem, motions)
+         opening = opening_at(domain, x, problem, u)
          if (problem%grid%planes(domain%front%crack)%contact) opening = opening - min(dot_product(opening, across), 0.0_dp)*across
       end function parted_at
    end subroutine closure_rates

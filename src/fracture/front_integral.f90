@@ -136,7 +136,7 @@ contains
          real(dp), intent(in) :: of_place(0:front_modes)
          real(dp) :: f(size(domain%radius)), part
          integer :: side, node, r
-         f = weight(domain, place)
+         f = weight_at(hypot(place%ahead, place%above), domain%radius, plateau*domain%radius)
          do side = 0, 1
             node = modulo(place%node + side - 1, domain%front%n()) + 1
             part = merge(1 - place%part, place%part, side == 0)
@@ -269,14 +269,6 @@ contains
          end associate
       end do
    end subroutine take_off_walls
-
-   !> f of each domain: 1 up to a part of the radius, then a cubic with level ends, 0 from the radius on.
-   pure function weight(domain, place) result(f)
-      type(front_domain_t), intent(in) :: domain
-      type(front_place_t), intent(in) :: place
-      real(dp) :: f(size(domain%radius))
-      f = weight_at(hypot(place%ahead, place%above), domain%radius, plateau*domain%radius)
-   end function weight
 
    !> t = e_1 x n.
    pure function along(front, place) result(t)

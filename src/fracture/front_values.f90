@@ -17,7 +17,7 @@ module hampm_front_values
    use hampm_loads, only: factors_at
    use hampm_material, only: are_of_one
    use hampm_nodal_state, only: nodal_state_t
-   use hampm_openings, only: motions_t, opening_at
+   use hampm_openings, only: opening_at
    use hampm_problem, only: problem_t
    use hampm_snapshots, only: piece_t, add_field, vtk_line
    use hampm_text, only: to_text
@@ -294,12 +294,11 @@ contains
       logical :: have(size(values%arc))
       real(dp), parameter :: behind = 1.5_dp     ! cells
       real(dp) :: opening(ndim)
-      type(motions_t) :: motions
+      real(dp), allocatable :: u(:, :)           ! displacements of nodes, where known
       integer :: j
       associate (front => values%domain%front)
          do j = 1, size(have)
-            opening = opening_at(values%domain, values%at(:, j) - behind*cell_at(front, problem)*values%outward(:, j), problem, &
-                                 motions)
+            opening = opening_at(values%domain, values%at(:, j) - behind*cell_at(front, problem)*values%outward(:, j), problem, u)
             have(j) = opening(front%axis) < 0
          end do
       end associate

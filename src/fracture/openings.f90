@@ -19,13 +19,7 @@ module hampm_openings
    use hampm_tensors, only: norm, identity, quarter_turn
    implicit none
    private
-   public :: opening_at, in_modes, motions_t
-
-   !> Displacements of nodes, where they have been found.
-   type :: motions_t
-      logical, allocatable :: is_known(:)        !! (n_points)
-      real(dp), allocatable :: u(:, :)           !! [m], (ndim, n_points)
-   end type motions_t
+   public :: opening_at, in_modes
 
    interface opening_at
       module procedure at_nodes, at_place, beside_front
@@ -117,11 +111,11 @@ contains
    end function at_place
 
    !> At a place in the plane of a front, as a vector, sampled beyond a side of the material at it [m].
-   function beside_front(domain, x, problem, motions) result(opening)
+   function beside_front(domain, x, problem, u) result(opening)
       type(front_domain_t), intent(in) :: domain
       real(dp), intent(in) :: x(ndim)            !! [m]
       type(problem_t), intent(in) :: problem
-      type(motions_t), intent(inout) :: motions  !! kept from place to place
+      real(dp), allocatable, intent(inout) :: u(:, :) !! displacements of nodes, kept from place to place [m], (ndim, n_points)
       real(dp) :: opening(ndim), inside(ndim), weight(problem%grid%n_functions, most_nodes_of_leaf), share(most_nodes_of_leaf)
       real(dp), parameter :: within = 1e-6_dp    ! cells
       real(dp), parameter :: none = 1e-14_dp     ! share of a node
@@ -130,10 +124,7 @@ contains
       inside = min(max(x, domain%lower + within*domain%cell), domain%upper - within*domain%cell)
       inside(domain%front%axis) = domain%front%plane
       associate (grid => problem%grid, cut => problem%grid%planes(domain%front%crack), across => identity(:, domain%front%axis))
-         if (.not. allocated(motions%u)) then
-            allocate (motions%u(ndim, grid%n_points), motions%is_known(grid%n_points))
-            motions%is_known = .false.
-         end if
+         if (.not. allocated(u)) allocate (u(ndim, grid%n_points), source=huge(x))
          e = elements_beside(problem%matter_t, cut, domain%only_side(), inside)
          do k = 1, faces
             if (e(k) == 0) cycle
@@ -142,9 +133,8 @@ contains
             do i = 1, n
                if (abs(share(i)) < none) cycle
                associate (node => master(i))
-                  if (.not. motions%is_known(node)) motions%u(:, node) = displacement_of(problem, problem%particles, node)
-                  motions%is_known(node) = .true.
-                  opening = opening + share(i)*motions%u(:, node)
+                  if (.not. u(1, node) < huge(x)) u(:, node) = displacement_of(problem, problem%particles, node)
+                  opening = opening + share(i)*u(:, node)
                end associate
             end do
          end do

@@ -46,6 +46,7 @@ module hampm_tip_domain
       type(tip_field_t) :: field                 !! singular fields by material and direction; at an interface those above it
       type(tip_field_t) :: below                 !! and those below it
       real(dp) :: speed = 0                      !! of the tip, with the fields of which it runs [m/s]
+      real(dp) :: carried(ndim) = 0              !! then, mean velocity of the material in the discs, in the axes [m/s]
       logical :: quadratic = .false.             !! whether cells are quadratic
       real(dp) :: tip_offset(modes) = 0          !! of these, else 0 [cells]
       logical :: has_force = .false.             !! whether the interaction with a force is asked for, which tells T
