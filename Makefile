@@ -63,7 +63,7 @@ endif
 FLAGS := $(COMMON) $($(build)) -J$(O)
 
 SOURCES := $(wildcard src/*.f90 src/*/*.f90)
-UNIT_TESTS := $(wildcard tests/unit/test_$(if $(solid),transition_cells,*).f90)
+UNIT_TESTS := $(wildcard $(patsubst %,tests/unit/test_%.f90,$(if $(solid),energy_momentum transition_cells,*)))
 UNIT_TOOLS := $(if $(solid),$(wildcard $(addprefix tests/unit/,harness.f90 samples.f90)),$(filter-out $(UNIT_TESTS),$(wildcard tests/unit/*.f90)))
 objects = $(patsubst %,$(O)/%.o,$(basename $(notdir $(1))))
 LIBRARY := $(call objects,$(filter-out src/main.f90,$(SOURCES)))
@@ -171,7 +171,7 @@ test:  ## install what is missing, build, run all tests
 	@tools/setup.sh test
 	@$(MAKE) $(parallel) program tools build/release/bench_step $(patsubst %,build/release/test_%,manufactured crossing_levels patch)
 	@$(MAKE) $(parallel) program unit build=checked build/checked/bench_step
-	@$(MAKE) $(parallel) program build/release3d/test_transition_cells dim=3
+	@$(MAKE) $(parallel) program $(patsubst %,build/release3d/test_%,energy_momentum transition_cells) dim=3
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests
 
 costs:  ## measure the processor time of each test of `make test`, and leave to `make verify` what has become too long: tests/long_tests.csv

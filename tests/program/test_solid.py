@@ -65,9 +65,11 @@ def test_a_slab_between_rollers_is_plane_strain(tmp_path, method, law):
         assert np.max(np.abs(solid[f"history/{column}"][:] - plane[f"history/{column}"][:])) < 1e-11 * scale, column
 
 
-def test_all_kinds_of_transition_cell():
-    """Patch test, mass and momentum on each of 226, which mirrors and exchanged axes make of 6209 (tests/unit/test_transition_cells.f90)."""
-    path = SOLID_PROGRAM.with_name("test_transition_cells")
+@pytest.mark.parametrize("name", ["energy_momentum", "transition_cells"])
+def test_units_in_space(name):
+    """The terms that a particle adds to the integrals along fronts; patch test, mass and momentum on each of 226 kinds of transition cell, which mirrors and
+    exchanged axes make of 6209 (tests/unit)."""
+    path = SOLID_PROGRAM.with_name(f"test_{name}")
     if not path.exists():
         pytest.skip("make unit build=quick dim=3 makes it")
     result = subprocess.run([path], capture_output=True, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"})
