@@ -419,7 +419,7 @@ contains
             associate (place => off_by_place(problem, values))
                values%k(mode, :) = sum(of_mode, dim=2)/radii
                values%k_error(mode, :) = maxval(of_mode, dim=2) - minval(of_mode, dim=2) &
-                                         + abs(values%k(mode, :))*place/max(2*values%g, tiny(of_k))
+                                         + abs(values%k(mode, :))*place/max(2*values%g, place, tiny(of_k))
             end associate
          end do
          of_k = (sum(values%k(:2, :)**2, dim=1)*(1 - material%poisson) + values%k(3, :)**2)/(2*material%mu)

@@ -68,6 +68,7 @@ TOUGH = "law = 'toughness'  toughness = 20.0"
 def test_a_front_at_a_given_speed(hampm, tmp_path):
     """Energy at all samples; a wider half as one cell of the whole; straight, and where it is to be."""
     row, front = run(hampm, tmp_path, strip(GIVEN, cells=4))
+    assert np.max(front["K_I_error"]) < np.max(front["K_I"]), "also where G is below 0, before waves come"
     whole, _ = run(hampm, tmp_path, strip(GIVEN, kind="plane"))
     assert np.ptp(front["x"], axis=1).max() == 0
     assert front["x"][-1, 0] == pytest.approx(1455 * 8e-6, rel=1e-9)
