@@ -1,20 +1,14 @@
-!> How fronts of cracks in planes grow in motion, of solids only: each node of a front at its own speed.
-!>
-!> By law = toughness the speed v of a place makes its G equal to the toughness there. For a straight single front (Freund 1972) G =
-!> g(v) G*: g falls to 0 at the Rayleigh wave speed c, nearly as 1 - v/c, and G* is independent of v. The measured G gives G* = G/(1
-!> - v/c) and the target speed (1 - toughness/G*) c = v + (1 - toughness/G)(c - v). v follows it in the time that shear waves take
-!> through some cells. Where G is below the toughness, v falls to G/toughness of itself in that time: near c the front of cells has
-!> more G than (1 - v/c) G*. A toughness that depends on the speed is taken at the new one.
+!> How fronts of cracks in planes grow in motion, of solids only: each node of a front at its own speed, by law = toughness that of
+!> `hampm_equation_of_motion` for the G and the toughness of its place.
 module hampm_dynamic_front_growth
    use hampm_archive, only: archive_t
    use hampm_crack_placement, only: take_toughness
-   use hampm_crack_groups, only: growth_t
    use hampm_cracks, only: cracks_t
+   use hampm_equation_of_motion, only: speed_by_toughness, followed
    use hampm_front, only: region_t
    use hampm_front_values, only: front_values_t, between_hats
    use hampm_history, only: history_t
    use hampm_kinds, only: dp, ndim
-   use hampm_law, only: value_of
    use hampm_material, only: material_t
    use hampm_model, only: model_t
    use hampm_moving_tip, only: rayleigh_speed
@@ -25,13 +19,13 @@ module hampm_dynamic_front_growth
    public :: growing_front_t, growing_plane_t, new_growing_planes, law_of_plane, ways_of_fronts, find_speeds, note_state, &
              record_plane, archive_planes
 
-   real(dp), parameter :: memory = 3             !! relaxation time of speeds, in travel times of shear waves through a cell
    real(dp), parameter :: standing = 1e-6_dp     !! part of the Rayleigh wave speed below which a front stands still
 
    !> A front, as it was measured last.
    type :: growing_front_t
       logical :: is_closed = .false.
       real(dp), allocatable :: speed(:)          !! of its hats, none of one that has ended [m/s]
+      real(dp), allocatable :: felt(:)           !! those to which the measured G belongs [m/s]
       real(dp), allocatable :: at(:, :)          !! their places then [m], (ndim, hats)
    end type growing_front_t
 
@@ -111,7 +105,7 @@ contains
             if (front%crack /= number) cycle
             if (law > 0 .and. size(fronts) > 0) then
                if (.not. model%growth(law)%law%gives_speed()) then
-                  ways = [ways, (step*speed_there(fronts, f, front%is_closed, front%arc(k)/front%length, front%at(:, k)), &
+                  ways = [ways, (step*speed_there(fronts, f, front%is_closed, front%arc(k)/front%length, front%at(:, k), .false.), &
                                  k=1, front%n())]
                   cycle
                end if
@@ -122,17 +116,20 @@ contains
    end function ways_of_fronts
 
    !> Speed of a place of a front; if its place was closed before, or the front is new, the speed of the nearest place.
-   pure real(dp) function speed_there(fronts, number, is_closed, part, x) result(speed)
+   pure real(dp) function speed_there(fronts, number, is_closed, part, x, is_felt) result(speed)
       type(growing_front_t), intent(in) :: fronts(:)
       integer, intent(in) :: number              !! of the front
       logical, intent(in) :: is_closed
       real(dp), intent(in) :: part               !! of the way along the front [-]
       real(dp), intent(in) :: x(ndim)            !! [m]
+      logical, intent(in) :: is_felt             !! whether it is that to which G belongs
       real(dp) :: least
       integer :: i
       if (number <= size(fronts)) then
          if (fronts(number)%is_closed .eqv. is_closed) then
-            speed = between_hats(fronts(number)%speed, is_closed, part*(size(fronts(number)%speed) - merge(0, 1, is_closed)))
+            associate (hats => merge(fronts(number)%felt, fronts(number)%speed, is_felt))
+               speed = between_hats(hats, is_closed, part*(size(hats) - merge(0, 1, is_closed)))
+            end associate
             return
          end if
       end if
@@ -140,7 +137,8 @@ contains
       least = huge(least)
       do i = 1, size(fronts)
          associate (distance => sqrt(sum((fronts(i)%at - spread(x, 2, size(fronts(i)%speed)))**2, dim=1)))
-            if (minval(distance) < least) speed = fronts(i)%speed(minloc(distance, dim=1))
+            if (minval(distance) < least) &
+               speed = merge(fronts(i)%felt(minloc(distance, dim=1)), fronts(i)%speed(minloc(distance, dim=1)), is_felt)
             least = min(least, minval(distance))
          end associate
       end do
@@ -157,13 +155,13 @@ contains
       type(growing_plane_t), intent(in) :: planes(:)
       type(growing_front_t), allocatable, intent(inout) :: fronts(:)
       type(growing_front_t), allocatable :: new(:)
-      real(dp) :: v, fastest, part, low, high
-      integer :: f, j, i, law
+      type(advance_t) :: advance
+      integer :: f, j, law
       allocate (new(size(cracks%fronts)))
       do f = 1, size(new)
          associate (measured => values(f))
             associate (hats => merge(0, size(measured%arc), measured%has_ended))
-               allocate (new(f)%speed(hats), source=0.0_dp)
+               allocate (new(f)%speed(hats), new(f)%felt(hats), source=0.0_dp)
                new(f)%at = measured%at(:, :hats)
             end associate
             if (measured%has_ended) cycle
@@ -172,53 +170,19 @@ contains
             if (law == 0) cycle
             if (model%growth(law)%law%gives_speed()) cycle
             do j = 1, size(new(f)%speed)
-               associate (material => materials(measured%material(j)))
-                  fastest = rayleigh_speed(material)
-                  if (value_of(model%growth(law)%constants, 'limit_speed', 0.0_dp) > 0) &
-                     fastest = min(fastest, value_of(model%growth(law)%constants, 'limit_speed', 0.0_dp))
-                  part = 1 - exp(-step*material%shear_wave_speed()/(memory*cell))
+               associate (material => materials(measured%material(j)), x => measured%at(:, j), speed => new(f)%speed(j), &
+                          felt => new(f)%felt(j), part => measured%arc(j)/measured%domain%front%length)
+                  felt = followed(speed_there(fronts, f, new(f)%is_closed, part, x, .true.), &
+                                  speed_there(fronts, f, new(f)%is_closed, part, x, .false.), step, &
+                                  material%shear_wave_speed(), cell)
+                  advance = advance_t()
+                  call take_toughness(model, x, x, advance)
+                  speed = speed_by_toughness(model%growth(law), advance, measured%g(j), felt, rayleigh_speed(material))
                end associate
-               v = speed_there(fronts, f, measured%domain%front%is_closed, &
-                               measured%arc(j)/measured%domain%front%length, measured%at(:, j))
-               low = 0
-               high = fastest
-               do i = 1, digits(v)
-                  if (.not. low < high) exit
-                  if (followed((low + high)/2) > (low + high)/2) then
-                     low = (low + high)/2
-                  else
-                     high = (low + high)/2
-                  end if
-               end do
-               new(f)%speed(j) = low
             end do
          end associate
       end do
       call move_alloc(new, fronts)
-
-   contains
-
-      !> Target speed of a hat function, for the toughness at a speed [m/s].
-      real(dp) function followed(speed)
-         real(dp), intent(in) :: speed           !! [m/s]
-         associate (taken => toughness_at(model%growth(law), speed), g => values(f)%g(j))
-            if (g > taken) then
-               followed = v + part*(fastest - v)*(1 - taken/g)
-            else
-               followed = v - part*v*(1 - max(g, 0.0_dp)/taken)
-            end if
-         end associate
-      end function followed
-
-      !> The toughness of the hat at a speed [J/m2].
-      real(dp) function toughness_at(of, speed)
-         type(growth_t), intent(in) :: of
-         real(dp), intent(in) :: speed           !! [m/s]
-         type(advance_t) :: advance
-         advance%speed = speed
-         call take_toughness(model, values(f)%at(:, j), values(f)%at(:, j), advance)
-         toughness_at = of%toughness_at(advance)
-      end function toughness_at
    end subroutine find_speeds
 
    !> Note the motion of the fronts of a crack in a step, and add messages.
@@ -319,8 +283,9 @@ contains
          if (.not. archive%is_read) m = size(fronts(f)%speed)
          call archive%serialise('hats_'//to_text(f), m)
          call archive%serialise('is_closed_'//to_text(f), fronts(f)%is_closed)
-         if (archive%is_read) allocate (fronts(f)%speed(m), fronts(f)%at(ndim, m))
+         if (archive%is_read) allocate (fronts(f)%speed(m), fronts(f)%felt(m), fronts(f)%at(ndim, m))
          call archive%archive_reals('speed_'//to_text(f), m, fronts(f)%speed)
+         call archive%archive_reals('felt_'//to_text(f), m, fronts(f)%felt)
          call archive%archive_reals('at_'//to_text(f), ndim*m, fronts(f)%at)
       end do
    end subroutine archive_planes

@@ -1,11 +1,16 @@
 """Fronts of cracks in planes that grow in motion: a strip between grips, |y| < 10 mm, whose upper edge is moved by u_0 and held, between rollers."""
 
 import subprocess
+import sys
 
 import h5py
 import numpy as np
 import pytest
-from paths import SOLID_PROGRAM
+from paths import BENCH, SOLID_PROGRAM
+
+sys.path.insert(0, str(BENCH))
+
+import growth as bench  # noqa: E402
 
 pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 
@@ -183,6 +188,43 @@ def test_a_front_starts_when_it_may(hampm, tmp_path):
     assert row["G_mean"][waits][-1] > 4 and np.ptp(row["crack_area"][waits]) == 0
     assert np.all(np.diff(row["crack_area"][row["time"] > start + 0.2e-6]) > 0)
     assert row["front_speed"][row["time"] > start + 0.2e-6][0] > 0
+
+
+WAVE = """&run end_time = {end} /
+&grid lower = -10e-3, 0.0, 0.0  cell = {h}  cells = {n}, {n_y}, 1 /
+&material name = 'a'  young = 199.992e9  poisson = 0.3  density = 5000 /
+&body material = 'a'  lower = -10e-3, 0.0, 0.0  upper = 10e-3, 10e-3, {h} /
+&constraint lower = -10e-3, 0.0, 0.0  upper = -10e-3, 10e-3, {h}  fix = 'x' /
+&constraint lower = 10e-3, 0.0, 0.0  upper = 10e-3, 10e-3, {h}  fix = 'x' /
+&constraint lower = -10e-3, 0.0, 0.0  upper = 10e-3, 10e-3, {h}  fix = 'z' /
+&constraint lower = -10e-3, 0.0, 0.0  upper = 10e-3, 0.0, {h}  fix = 'y' /
+&load kind = 'traction'  lower = -10e-3, 10e-3, 0.0  upper = 10e-3, 10e-3, {h}  force = 0.0, {force}, 0.0 /
+&crack kind = 'symmetry'  normal = 'y'  tip = 0.0, 0.0, 0.0  direction = 1.0, 0.0, 0.0 /
+&growth law = 'toughness'  toughness = {toughness}  direction = 'straight' /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. /
+&method mass = 'weighted' /
+&output file = 'case.h5'  history_interval = 2e-8 /
+"""
+
+
+def test_a_front_by_the_equation_of_motion(hampm, tmp_path):
+    """Freund's crack under a step wave at a constant toughness, 20 cells high: it starts in time, is within a quarter of a cell of its place, and its speed is right
+    to 4 % of that of Rayleigh waves. Relaxed in the time of shear waves through three cells it was 1.6 of these late, and 2 cells behind."""
+    time, growth, speed, toughness = bench.exact_growth()
+    h = bench.HEIGHT / 20
+    row, _ = run(hampm, tmp_path, WAVE.format(end=2.9 * bench.ARRIVAL, h=h, n=40, n_y=21, force=0.5e6 * 20e-3 * h, toughness=toughness))
+    way = (row["crack_area"] - row["crack_area"][0]) / h
+    seen = row["time"] > 1.8 * bench.ARRIVAL
+    off = (way - np.interp(row["time"], time, growth))[seen] / h
+    late = row["time"] > 2 * bench.ARRIVAL
+    spread = np.sqrt(np.mean((row["front_speed"] - np.interp(row["time"], time, speed))[late]**2)) / bench.RAYLEIGH
+    start = row["time"][np.flatnonzero(way > 1e-6)[0]] - np.interp(1e-6, growth, time)
+    print(off, spread, start * bench.SHEAR / h, np.mean(row["G_mean"][late]) / toughness)
+    assert abs(start) * bench.SHEAR / h < 0.5
+    assert np.max(np.abs(off)) < 0.25
+    assert spread < 0.04
+    assert np.mean(row["G_mean"][late]) / toughness == pytest.approx(1, abs=0.08)
+    assert missing(row) < 1e-12
 
 
 @pytest.mark.verify
