@@ -6,8 +6,10 @@ module hampm_dynamic_growth
    use hampm_nodal_release, only: fail_behind, fail_beyond, release_distance, soften_released, foremost_released, holds_on
    use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_crack_placement, only: least_radius, body_at
+   use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t, last_point
    use hampm_interface_points, only: interface_energy
+   use hampm_equation_of_motion, only: speed_by_toughness, excess_of, followed
    use hampm_forest, only: outside
    use hampm_growing, only: growing_t, next_t, share_of_shear, part_of_crack
    use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_for, why_no_room, find_end, &
@@ -46,6 +48,8 @@ module hampm_dynamic_growth
    !> more, points are too weak for the tension there.
    integer, parameter :: zone = 3
 
+   real(dp), parameter :: far_above = 2          !! G over the toughness of a tip whose cells cannot follow it
+
    real(dp), parameter :: too_much = 1.5_dp      !! admissible load over strength of points further ahead: dissipation is right
 
    real(dp), parameter :: late = 2               !! averaging time of the recent speed, in shear wave times of a cell
@@ -55,6 +59,7 @@ module hampm_dynamic_growth
    real(dp), parameter :: most_turn = 0.2_dp     !! the same from one cell to the next, once a crack grows [rad]
    real(dp), parameter :: strong_turn = 0.1_dp   !! too strong to be in a domain integral [rad]
    integer, parameter :: steps_between_looks = 5 !! at G and K, where they decide on anything
+   real(dp), parameter :: about_to_start = -0.75_dp !! excess of G over the toughness above which there is a look before each step
 
 contains
 
@@ -77,9 +82,12 @@ contains
             if (of%turns() .and. growing%tips(k)%law /= law .and. growing%tips(k)%law > 0) call cracks%forget_way(k)
             growing%tips(k)%law = law
             if (.not. of%law%gives_speed()) then
-               if (.not. growing%tips(k)%is_running) cycle
-               if (growing%is_paced) then
-                  if (cracks%crack(tip%crack)%bonded(tip%end) > growing%tips(k)%reserve + growing%tips(k)%way) cycle
+               if (.not. growing%tips(k)%is_running) then ! a cut shakes cells, also those of a tip that is about to start
+                  if (growing%is_paced .or. follows_points(growing, m, cracks, k) .or. of%turns()) cycle
+                  if (.not. growing%tips(k)%excess > about_to_start) cycle
+               end if
+               if (.not. follows_points(growing, m, cracks, k)) then
+                  if (cracks%crack(tip%crack)%bonded(tip%end) > growing%tips(k)%reserve + growing%tips(k)%way + lead_of(tip)) cycle
                else if (tip%grown > 0 .or. cracks%crack(tip%crack)%bonded(tip%end) > 0) then
                   if (foremost_released(m%interfaces, k) < tip%grown + cracks%crack(tip%crack)%bonded(tip%end) &
                       - growing%tips(k)%reserve) cycle
@@ -299,8 +307,9 @@ contains
                else
                   call fail_behind(m%interfaces, k, tip%grown, growing%tips(k)%faded, taken)
                end if
-            else if (growing%tips(k)%is_running .and. growing%is_paced) then
-               if (runs_out(growing, model, cracks, k)) growing%tips(k)%way = most(k)
+            else if (growing%tips(k)%is_running .and. .not. follows_points(growing, m, cracks, k)) then
+               if (growing%is_paced .and. runs_out(growing, model, cracks, k)) growing%tips(k)%way = most(k)
+               if (.not. growing%is_paced) growing%tips(k)%way = growing%tips(k)%speed*dt
                call try_way(growing, m, cracks, k, dt, most(k), taken)
             else if (growing%tips(k)%is_running) then
                call move_by_toughness(growing, model, of, m, cracks, k, dt, most(k), taken, message)
@@ -360,9 +369,18 @@ contains
       end do
    end function most_ways
 
-   !> Advance a tip by its toughness: at the speed v at which the failed cohesive points dissipate toughness(v) over its advance. v
-   !> stays below limit_speed, where the toughness is unbounded, and below the Rayleigh wave speed: the further advance that failed
-   !> points allow is kept as a deficit.
+   !> Whether a tip follows its cohesive points: where material dissipates, J is not what its faces take.
+   pure logical function follows_points(growing, m, cracks, k)
+      type(growing_t), intent(in) :: growing
+      type(problem_t), intent(in) :: m
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: k                   !! its number
+      follows_points = .not. growing%is_paced .and. m%materials(cracks%tips(k)%material_in(m%materials))%has_history
+   end function follows_points
+
+   !> Advance a tip by its cohesive points: at the speed v at which the failed ones dissipate toughness(v) over its advance. v stays
+   !> below limit_speed, where the toughness is unbounded, and below the Rayleigh wave speed: the further advance that failed points
+   !> allow is kept as a deficit.
    subroutine move_by_toughness(growing, model, of, m, cracks, k, dt, most, taken, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
@@ -456,7 +474,8 @@ contains
       memory = merge(late_of_speed, late, of%depends_on_speed(advance))*cell/material%shear_wave_speed()
    end function memory_of
 
-   !> Advance a tip by a trial advance (`hampm_growth_pace`); cohesive points fail behind it as for a given speed.
+   !> Advance a tip by its toughness: in explicit steps at its speed (`hampm_equation_of_motion`), in implicit ones by a trial
+   !> advance (`hampm_growth_pace`). Cohesive points fail behind it as for a given speed.
    subroutine try_way(growing, m, cracks, k, dt, most, taken)
       type(growing_t), intent(inout) :: growing
       type(problem_t), intent(inout) :: m
@@ -466,8 +485,8 @@ contains
       real(dp), intent(in) :: most               !! that it may move [m]
       real(dp), intent(out) :: taken             !! stored energy of cohesive points that fail [J]
       real(dp) :: way, further
-      associate (tip => cracks%tips(k))
-         way = min(growing%tips(k)%way, rayleigh_speed(m%materials(tip%material_in(m%materials)))*dt, most)
+      associate (tip => cracks%tips(k), wave => rayleigh_speed(m%materials(cracks%tips(k)%material_in(m%materials))))
+         way = min(growing%tips(k)%way, wave*dt, most)
          growing%tips(k)%is_held = way < growing%tips(k)%way .and. &
                                    (growing%tips(k)%has_no_room .or. way < cracks%crack(tip%crack)%bonded(tip%end))
          call cracks%move_tip(k, way, m%grid%cut_cells%lines)
@@ -475,9 +494,26 @@ contains
          tip%speed = growing%tips(k)%speed
          further = 0                             ! a step after the last one no point holds any more
          if (tip%has_ended .and. .not. way > 0) further = 2*release_length*tip%nodes%spacing
-         call fail_behind(m%interfaces, k, tip%grown + further, 0.0_dp, taken)
+         if (tip%has_ended .and. .not. growing%is_paced) then
+            growing%tips(k)%faded = growing%tips(k)%faded + wave*dt
+            further = growing%tips(k)%faded
+         end if
+         call fail_behind(m%interfaces, k, tip%grown + lead_of(tip) + further, 0.0_dp, taken)
       end associate
    end subroutine try_way
+
+   !> How far the release of cohesive points is ahead of a tip of law = toughness [m]. A point with a part f of its force has taken
+   !> 1 - f**2 of what it takes. All of them have taken the way w of the tip if the first one keeps 1 - y, with y**2 - y**3/3 = w/l
+   !> for a length l in which forces fall: y = 1 at two thirds of that, and later points have a lead of one third.
+   pure real(dp) function lead_of(tip)
+      type(crack_tip_t), intent(in) :: tip
+      real(dp), parameter :: turn = 2*acos(-1.0_dp)
+      associate (length => release_length*tip%nodes%spacing)
+         lead_of = length/3
+         if (tip%grown < length - lead_of) &
+            lead_of = length*(1 + 2*cos((turn - acos(1 - 1.5_dp*tip%grown/length))/3)) - tip%grown
+      end associate
+   end function lead_of
 
    !> Whether a tip is so near to the end of its crack that it advances to it at any G: no radius of a domain integral fits.
    pure logical function runs_out(growing, model, cracks, k)
@@ -519,11 +555,13 @@ contains
       integer :: k, law
       must_check = .false.
       if (growing%is_paced) return               ! these are measured after each step
-      if (mod(m%state%steps, int(steps_between_looks, kind(m%state%steps))) /= 0) return
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, cracks, k, m%state%time)
          if (law == 0) cycle
          associate (of => model%growth(law))
+            if (growing%tips(k)%excess > about_to_start .and. .not. of%law%gives_speed()) &
+               must_check = must_check .or. .not. (growing%tips(k)%is_running .and. follows_points(growing, m, cracks, k))
+            if (mod(m%state%steps, int(steps_between_looks, kind(m%state%steps))) /= 0) cycle
             if (.not. (of%law%gives_speed() .or. growing%tips(k)%is_running)) must_check = .true.
             if (of%turns() .or. .not. of%law%gives_speed() .and. of%factors%mixed_mode /= 'none') must_check = .true.
          end associate
@@ -549,33 +587,58 @@ contains
       end do
    end subroutine note_check
 
-   !> Start tips whose loading has reached the toughness: K of the largest hoop stress for `hoop_stress`, else G.
-   subroutine start_tips(growing, model, m, cracks, values)
+   !> Start tips whose loading has reached the toughness: K of the largest hoop stress for `hoop_stress`, else G; find the speed of
+   !> those that run.
+   subroutine start_tips(growing, model, m, cracks, values, dt, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: m
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
+      real(dp), intent(in) :: dt                 !! of a step [s]
+      character(:), allocatable, intent(inout) :: message
+      real(dp), parameter :: slower = 0.999_dp   ! than Rayleigh waves
       type(next_t) :: next
+      real(dp) :: speed, wave                    ! [m/s]
+      logical :: by_points
       integer :: k, law
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, cracks, k, m%state%time)
          growing%tips(k)%excess = -1             ! a tip that may not grow rests
          if (law == 0) cycle
-         associate (of => model%growth(law), modulus => m%materials(cracks%tips(k)%material_in(m%materials))%plane_modulus())
-            if (of%law%gives_speed() .or. growing%tips(k)%is_running .and. .not. growing%is_paced) cycle
+         associate (of => model%growth(law), material => m%materials(cracks%tips(k)%material_in(m%materials)), &
+                    tip => growing%tips(k))
+            if (of%law%gives_speed()) cycle
+            by_points = follows_points(growing, m, cracks, k)
+            if (tip%is_running .and. by_points) cycle
             next = growing%next_of(model, cracks, k, of, values(k))
             if (of%direction == 'hoop_stress') then
-               next%rate = max(hoop_intensity(values(k)%intensity), 0.0_dp)**2/modulus
+               if (.not. tip%is_running .or. growing%is_paced) &
+                  next%rate = max(hoop_intensity(values(k)%intensity), 0.0_dp)**2/material%plane_modulus()
             else if (.not. is_opened(trim(of%direction), values(k)%intensity)) then
                next%rate = 0
             end if
-            growing%tips(k)%excess = next%rate/next%toughness - 1
-            if (runs_out(growing, model, cracks, k)) growing%tips(k)%excess = 0
-            if (growing%tips(k)%is_running) cycle
-            growing%tips(k)%is_running = next%rate >= next%toughness
-            if (growing%tips(k)%is_running) growing%tips(k)%memory = memory_of(of, growing%advance_of(model, cracks, k), &
-                                           cracks%tips(k)%nodes%spacing, m%materials(cracks%tips(k)%material_in(m%materials)))
+            wave = rayleigh_speed(material)
+            speed = min(tip%speed, slower*wave)
+            tip%felt = followed(tip%felt, speed, dt, material%shear_wave_speed(), cracks%tips(k)%nodes%spacing)
+            tip%excess = excess_of(next%rate, next%toughness, speed, tip%felt, wave)
+            if (runs_out(growing, model, cracks, k)) tip%excess = 0
+            if (.not. tip%is_running) then
+               tip%is_running = next%rate >= next%toughness
+               if (tip%is_running) tip%memory = memory_of(of, growing%advance_of(model, cracks, k), &
+                                                          cracks%tips(k)%nodes%spacing, material)
+            end if
+            if (.not. tip%is_running .or. by_points .or. growing%is_paced) cycle
+            if (cracks%tips(k)%grown > zone*cracks%tips(k)%nodes%spacing .and. next%rate > far_above*next%toughness) &
+               call growing%note_tip(k, 'is in cells that are too coarse for its toughness: it runs with a G of '// &
+                                     three_digits(next%rate/next%toughness)//' times that at t = '//three_digits(m%state%time)// &
+                                     ' s. Its speed and fracture_energy may be off; take smaller cells there', message)
+            if (cracks%tips(k)%is_measured()) then
+               tip%speed = speed_by_toughness(of, growing%advance_of(model, cracks, k), next%rate, tip%felt, wave)
+            else if (.not. tip%speed > 0) then
+               tip%speed = wave
+            end if
+            tip%way = tip%speed*dt
          end associate
       end do
    end subroutine start_tips

@@ -53,6 +53,7 @@ module hampm_growing
       logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
       logical :: has_parted = .false.            !! law = toughness: the zone of failing cohesive points is complete: it moves
       real(dp) :: speed = 0                      !! of the same: recent speed [m/s]
+      real(dp) :: felt = 0                       !! the speed to which its measured G belongs [m/s]
       real(dp) :: memory = 0                     !! averaging time of it [s]
       real(dp) :: owed = 0                       !! the same: advance deficit, for which cohesive points have failed already [m]
       real(dp) :: reserve = 0                    !! rest of its planned path at which the next is planned [m]
@@ -127,6 +128,8 @@ module hampm_growing
       procedure, nopass :: note_wait
    end type growing_t
 
+   real(dp), parameter :: just_ahead = 1e-3_dp   !! cells
+
 contains
 
    !> Whether any tip is to grow, or a crack to appear.
@@ -166,7 +169,7 @@ contains
       end do
    end function law_at
 
-   !> Arguments of the toughness of a tip that grows straight; the body is the one a cell ahead of it.
+   !> Arguments of the toughness of a tip that grows straight; the body is the one a cell ahead of it, in motion just ahead.
    pure function advance_of(self, model, cracks, tip) result(advance)
       class(growing_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -177,7 +180,8 @@ contains
          advance = advance_t(speed=of%speed, length=cracks%crack(of%crack)%length(), &
                              extension=of%grown + self%tips(tip)%extension + self%tips(tip)%advance, &
                              angle=direction_of(of%axis(:, 1)), shear=self%tips(tip)%shear)
-         call take_toughness(model, of%place + of%nodes%spacing*of%axis(:, 1), of%place, advance)
+         call take_toughness(model, of%place + merge(1.0_dp, just_ahead, self%is_static)*of%nodes%spacing*of%axis(:, 1), of%place, &
+                             advance)
       end associate
    end function advance_of
 
@@ -585,6 +589,8 @@ contains
       call archive%archive_reals('width', n, growing%tips%width)
       call archive%archive_reals('shear', n, growing%tips%shear)
       call archive%archive_reals('speed', n, growing%tips%speed)
+      call archive%archive_reals('felt', n, growing%tips%felt)
+      call archive%archive_reals('excess', n, growing%tips%excess)
       call archive%archive_reals('memory', n, growing%tips%memory)
       call archive%archive_reals('owed', n, growing%tips%owed)
       call archive%archive_reals('fall', n, growing%tips%fall)

@@ -242,7 +242,7 @@ contains
       end if
       if (failure%failed()) return
       call note_check(s%growing, s%cracks, s%measurements%crack)
-      call start_tips(s%growing, s%model, s%problem, s%cracks, s%measurements%crack)
+      call start_tips(s%growing, s%model, s%problem, s%cracks, s%measurements%crack, s%dt, s%warning)
    end subroutine check_tips
 
    !> After a step: scale loads to the toughness in equilibrium, or let tips move.

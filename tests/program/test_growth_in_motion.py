@@ -227,20 +227,88 @@ def test_a_crack_that_runs_in_mixed_mode(hampm):
 @pytest.mark.verify
 @pytest.mark.parametrize("frame", ["total", "updated"])
 def test_the_equation_of_motion(hampm, frame):
-    """By the toughness: how far the crack comes to 3 %, its speed to 2 % of Rayleigh waves, G to 3 %. In the updated frame it came 4 % too short, and 9.6 % in cells half as large: masses that
+    """By the toughness: its place to 0.3 cells, its speed to 1.5 % of Rayleigh waves, G to 3 %, from the start on, which is in time. In the updated frame it came 4 % too short, and 9.6 % in cells half as large: masses that
     were lumped at its faces radiated waves of the cells, for which G paid."""
     toughness = bench.exact_growth()[3]
     text = bench.plate(0.2e-3, f"law = 'toughness'  toughness = {toughness}", audit=True)
     row, _ = run_told(hampm, text.replace("&method", f"&method frame = '{frame}' "))
     way, speed, ratio, scatter = bench.by_toughness(row)
     print(way, speed, ratio, scatter)
-    assert abs(way) < 0.03
-    assert speed < 0.02
+    time, growth, _, _ = bench.exact_growth()
+    seen = row["time"] > 1.7 * bench.ARRIVAL
+    off = (row["tip_x"] - np.interp(row["time"], time, growth))[seen] / 0.2e-3
+    print(off.min(), off.max())
+    assert np.all(np.abs(off) < 0.3)
+    assert abs(way) < 0.02
+    assert speed < 0.015
     assert ratio == pytest.approx(1, abs=0.03)
     assert scatter < 0.03
     assert residual(row) < 1e-12
     assert np.all(row["toughness"] == toughness)
-    assert row["fracture_energy"][-1] == pytest.approx(toughness * row["tip_x"][-1], rel=0.1)
+    assert row["fracture_energy"][-1] == pytest.approx(toughness * row["tip_x"][-1], rel=0.03)
+
+
+STRIP = """&run plane = 'stress'  end_time = {end} /
+&grid lower = -40e-3, -11e-3  cell = 1e-3  cells = 75, 22 /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'a'  lower = -40e-3, -10e-3  upper = 35e-3, 10e-3 /
+&constraint lower = -40e-3, 10e-3  upper = 35e-3, 10e-3  fix = 'xy'  displacement = 0.0, 2e-6 /
+&constraint lower = -40e-3, -10e-3  upper = 35e-3, -10e-3  fix = 'xy'  displacement = 0.0, -2e-6 /
+&constraint lower = 35e-3, -10e-3  upper = 35e-3, 10e-3  fix = 'x' /
+&method start = 'static'  mass = 'weighted' /
+&crack kind = 'path'  points = -40e-3, 0.0, 0.0, 0.0 /
+&growth law = 'toughness'  direction = 'straight'  toughness = 15.3846  limit_speed = {limit} /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. /
+&output file = 'strip.h5'  history_interval = {interval} /
+"""
+
+
+@pytest.mark.parametrize(("part", "way"), [(0.2, 14e-3), *(pytest.param(*case, marks=pytest.mark.verify) for case in [(0.02, 6e-3), (0.6, 25e-3)])])
+def test_a_tip_takes_the_speed_of_its_toughness(hampm, part, way):
+    """A strip with fixed edges has G = M u_0**2/h at any speed (Nilsson 1974), 30.769 J/m2: by toughness/(1 - v/limit) of half of that at rest the tip runs at half
+    of the limit. Tips that followed their bonds stopped in it, with up to 8 times their toughness."""
+    speed = part * 2886
+    end = way / speed
+    row, said = run_told(hampm, STRIP.format(end=end, limit=2 * speed, interval=end / 100))
+    late = row["time"] > 0.4 * end
+    mean = (row["tip_x"][late][-1] - row["tip_x"][late][0]) / (row["time"][late][-1] - row["time"][late][0])
+    ratio = (row["G"] / row["toughness"])[late]
+    print(part, mean / speed, np.std(row["tip_speed"][late]) / speed, np.mean(ratio), np.std(ratio), row["fracture_energy"][-1] / row["integral_of_G"][-1])
+    assert mean == pytest.approx(speed, rel=0.02)
+    assert np.mean(ratio) == pytest.approx(1, abs=0.01) and np.std(ratio) < 0.03
+    assert residual(row) < 1e-11
+    assert "too coarse" not in said
+
+
+@pytest.mark.verify
+def test_a_crack_rests_at_what_is_tougher(hampm):
+    """A wave drives it into a body with 3.6 times its toughness, where it is at rest from 5.234 to 6.342 us by g(v) K(t, 0)**2/E' = toughness. A tip that followed its
+    bonds crept on at 100 to 400 m/s."""
+    text = ARREST.format(loads="\n".join(f"&load kind = 'traction'  lower = {a}, {y}  upper = {b}, {y}  force = 0.0, {np.sign(y) * 0.5e6 * (b - a)} /"
+                                          for a, b in ((-12e-3, 1.2e-3), (1.2e-3, 14.88e-3)) for y in (12e-3, -12e-3)))
+    row, _ = run_told(hampm, text)
+    rests = (row["time"] > 5.35e-6) & (row["time"] < 6.3e-6)
+    print(row["tip_x"][rests], row["time"][np.flatnonzero(row["tip_speed"] > 0)])
+    assert np.all(row["tip_speed"][rests] == 0) and np.ptp(row["tip_x"][rests]) == 0
+    assert row["tip_x"][rests][0] == pytest.approx(1.2e-3, abs=0.06e-3)
+    again = row["time"][(row["time"] > 5.3e-6) & (row["tip_speed"] > 0)][0]
+    assert again == pytest.approx(6.342e-6, abs=0.24e-3 / 2390)
+
+
+ARREST = """&run plane = 'strain'  end_time = 7e-6 /
+&grid lower = -12e-3, -12.24e-3  cell = 0.24e-3  cells = 112, 102 /
+&material name = 'm'  young = 100e9  poisson = 0.25  density = 7000 /
+&body material = 'm'  lower = -12e-3, -12e-3  upper = 1.2e-3, 12e-3 /
+&body material = 'm'  lower = 1.2e-3, -12e-3  upper = 14.88e-3, 12e-3  toughness = 0.151261 /
+&constraint lower = -12e-3, -12e-3  upper = -12e-3, 12e-3  fix = 'x' /
+&constraint lower = 14.88e-3, -12e-3  upper = 14.88e-3, 12e-3  fix = 'x' /
+{loads}
+&method mass = 'weighted' /
+&crack kind = 'path'  points = -12e-3, 0.0, 0.0, 0.0 /
+&growth law = 'toughness'  toughness = 0.0420169  direction = 'straight' /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. /
+&output file = 'arrest.h5'  history_interval = 2.8e-8 /
+"""
 
 
 def test_a_faster_crack_may_be_tougher(hampm):
