@@ -231,7 +231,9 @@ contains
       integer :: masters(most_nodes_of_leaf), k, i, n
       factor%matrix%value = 0
       do k = 1, size(coupled)
-         call matrix_by_masters(grid, coupled(k), 1, mass%cell(:, :, mass%cell_of(coupled(k))), n, masters, by_master)
+         associate (cell => mass%cell_of(coupled(k)))
+            call matrix_by_masters(grid, coupled(k), 1, mass%cell(:, :, cell), n, masters, by_master)
+         end associate
          call add_element(factor%unknowns, masters(:n), by_master, factor%matrix)
       end do
       call find_concentrated_mass(grid, mass, rest)

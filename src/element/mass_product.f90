@@ -26,7 +26,9 @@ contains
          allocate (cells, source=coupled_cells(matrix))
          do k = 1, size(cells)
             nodes = grid%support_of(cells(k))
-            mass(nodes) = mass(nodes) + sum(matrix%cell(:, :, matrix%cell_of(cells(k))), dim=1)
+            associate (cell => matrix%cell_of(cells(k)))
+               mass(nodes) = mass(nodes) + sum(matrix%cell(:, :, cell), dim=1)
+            end associate
          end do
          call grid%dofs%condense(all, 1, mass)
          do k = 1, all%n_nodes
@@ -50,10 +52,10 @@ contains
          allocate (cells, source=coupled_cells(matrix))
          do k = 1, size(cells)
             at = grid%support_of(cells(k))
-            associate (cell => matrix%cell(:, :, matrix%cell_of(cells(k))))
+            associate (cell => matrix%cell_of(cells(k)))
                do c = 1, size(at)
                   do b = 1, size(at)
-                     y(:, at(c)) = y(:, at(c)) + cell(b, c)*x(:, at(b))
+                     y(:, at(c)) = y(:, at(c)) + matrix%cell(b, c, cell)*x(:, at(b))
                   end do
                end do
             end associate

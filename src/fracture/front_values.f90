@@ -176,7 +176,8 @@ contains
          end do
          if (.not. front%is_closed) values%is_free = [(is_on_free_side(domain, problem, i), i=1, front%n(), front%n() - 1)]
          values%room = room_of(fronts, number, domain%lower, domain%upper)
-         i = minloc(sum((p%reference(:p%n, :) - spread(front%at(:, front%n()/2 + 1), 1, p%n))**2, dim=2), dim=1)
+         i = front%n()/2 + 1                     ! the middle one, and the particle next to it
+         i = minloc(sum((p%reference(:p%n, :) - spread(front%at(:, i), 1, p%n))**2, dim=2), dim=1)
          domain%material = p%material(i)
          values%material = spread(domain%material, 1, size(values%arc))
          room = values%room
@@ -208,13 +209,14 @@ contains
       integer, intent(in) :: node
       real(dp), parameter :: beside = 1e-6_dp    ! cells
       real(dp) :: x(ndim)
-      integer :: d, k
+      integer :: d, k, e
       is = .true.
       associate (grid => problem%grid, front => domain%front)
          associate (near => beside*grid%finest_cell)
             x = min(max(front%at(:, node), domain%lower + near), domain%upper - near)
             x(front%axis) = front%plane + merge(near, -near, domain%upper(front%axis) - front%plane > 2*near)
-            associate (nodes => grid%element_nodes(:, max(grid%element_at(x), 1)))
+            e = max(grid%element_at(x), 1)
+            associate (nodes => grid%element_nodes(:, e))
                do k = 1, size(nodes)
                   if (nodes(k) > grid%n_nodes .or. .not. any(abs(grid%node_position(:, nodes(k)) - x) < 2*near &
                                                      .and. abs(front%at(:, node) - x) > near/2)) cycle

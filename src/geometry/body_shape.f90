@@ -182,7 +182,7 @@ contains
       type(ring_t), intent(in) :: a, b
       real(dp), intent(in) :: tolerance          !! [m]
       real(dp), allocatable :: x(:, :), y(:, :)
-      integer :: i, j
+      integer :: i, j, m, n
       overlap = .false.
       if (any(a%upper() <= b%lower() + tolerance .or. b%upper() <= a%lower() + tolerance)) return
       x = a%corners(looks)
@@ -190,9 +190,11 @@ contains
       overlap = has_point_of(a, y) .or. has_point_of(b, x)
       if (ndim > 2) overlap = overlap .or. .not. (a%is_circle .or. b%is_circle) ! boxes
       if (overlap .or. ndim > 2) return
-      do i = 1, size(x, 2)
-         do j = 1, size(y, 2)
-            associate (p => x(:, i), q => x(:, mod(i, size(x, 2)) + 1), r => y(:, j), s => y(:, mod(j, size(y, 2)) + 1))
+      m = size(x, 2)
+      n = size(y, 2)
+      do i = 1, m
+         do j = 1, n
+            associate (p => x(:, i), q => x(:, mod(i, m) + 1), r => y(:, j), s => y(:, mod(j, n) + 1))
                if (.not. do_cross(p, q, r, s)) cycle
                if (min(distance_to_segment(p, r, s), distance_to_segment(q, r, s), &
                        distance_to_segment(r, p, q), distance_to_segment(s, p, q)) <= tolerance) cycle
@@ -207,10 +209,11 @@ contains
          type(ring_t), intent(in) :: ring
          real(dp), intent(in) :: corner(:, :)
          real(dp) :: at(ndim), inward(ndim)
-         integer :: k
+         integer :: k, n
          has_point_of = .false.
-         do k = 1, size(corner, 2)
-            associate (from => corner(:, k), to => corner(:, mod(k, size(corner, 2)) + 1))
+         n = size(corner, 2)
+         do k = 1, n
+            associate (from => corner(:, k), to => corner(:, mod(k, n) + 1))
                inward = 0
                if (ndim == 2) inward = quarter_turn(to - from)/norm(to - from)
                at = (from + to)/2 + 4*tolerance*inward

@@ -371,8 +371,10 @@ contains
       class(front_t), intent(in) :: self
       class(ring_t), intent(in) :: wall
       real(dp), parameter :: on_wall = 1e-6_dp   ! of the front
-      ends_at = .not. self%is_closed .and. self%n() > 0
-      if (ends_at) ends_at = min(wall%distance(self%at(:, 1)), wall%distance(self%at(:, self%n()))) <= on_wall*self%length
+      integer :: n
+      n = self%n()
+      ends_at = .not. self%is_closed .and. n > 0
+      if (ends_at) ends_at = min(wall%distance(self%at(:, 1)), wall%distance(self%at(:, n))) <= on_wall*self%length
    end function ends_at
 
    !> A place of space as one of the plane [m].

@@ -54,8 +54,8 @@ contains
          do j = 1, size(before)
             if (before(j)%crack /= k .or. before(j)%n() == 0) cycle
             do i = 1, size(here)
-               associate (middle => here(i)%at(:, here(i)%n()/2 + 1))
-                  away(i, j) = sqrt(minval(sum((before(j)%at - spread(middle, 2, before(j)%n()))**2, dim=1)))
+               associate (middle => here(i)%n()/2 + 1)
+                  away(i, j) = sqrt(minval(sum((before(j)%at - spread(here(i)%at(:, middle), 2, before(j)%n()))**2, dim=1)))
                end associate
             end do
          end do

@@ -202,7 +202,7 @@ contains
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(in) :: direction(ndim)
       real(dp) :: middle, root
-      integer :: k
+      integer :: k, n
       way = huge(way)
       if (ndim > 2) then
          way = way_in_space(self, x, direction)
@@ -215,8 +215,9 @@ contains
          if (middle - sqrt(root) >= 0) way = middle - sqrt(root)
          return
       end if
-      do k = 1, size(self%points, 2)
-         call find_meeting(x, direction, self%points(:, k), self%points(:, modulo(k, size(self%points, 2)) + 1), middle, root)
+      n = size(self%points, 2)
+      do k = 1, n
+         call find_meeting(x, direction, self%points(:, k), self%points(:, modulo(k, n) + 1), middle, root)
          if (root >= 0 .and. root <= 1 .and. middle >= 0) way = min(way, middle)
       end do
    end function way_to_ring

@@ -127,8 +127,8 @@ contains
       integer :: end
       do end = first_point, last_point
          associate (points => model%paths(k)%points, out => path_direction(model%paths(k), end))
-            associate (x => points(:, merge(1, size(points, 2), end == first_point)))
-               beyond(end) = reach_beyond(model, x, out/norm(out), distance_to_cracks(model, x, k))
+            associate (at => merge(1, size(points, 2), end == first_point))
+               beyond(end) = reach_beyond(model, points(:, at), out/norm(out), distance_to_cracks(model, points(:, at), k))
             end associate
          end associate
       end do

@@ -159,9 +159,9 @@ contains
       associate (line => m%grid%cut_cells%lines(number))
          allocate (points, source=line%held_part())
          do k = 1, size(m%grid%cut_cells%ends)
-            associate (end => m%grid%cut_cells%ends(k), last => points(:, size(points, 2)))
+            associate (end => m%grid%cut_cells%ends(k), n => size(points, 2))
                if (end%line == number .and. end%end == 2 .and. line%bonded(2) > 0 .and. &
-                   norm(last - line%points(:, size(line%points, 2))) <= m%grid%cut_cells%slack) last = end%front
+                   norm(points(:, n) - line%points(:, size(line%points, 2))) <= m%grid%cut_cells%slack) points(:, n) = end%front
             end associate
          end do
          call add_along(interfaces, m, points, layer_t(cohesive, line%cohesion, friction=line%friction, line=number, &

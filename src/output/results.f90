@@ -313,7 +313,7 @@ contains
    subroutine write_samples(self, fault)
       class(results_t), intent(inout) :: self
       type(failure_t), intent(inout) :: fault
-      real(dp), allocatable :: by_sample(:, :)   ! gfortran 14 passes a transposed section without copying it
+      real(dp), allocatable :: by_sample(:, :)   ! gfortran gives a contiguous dummy a transposed array of the wrong shape
       integer :: i, first, last
       if (self%waiting == 0) return
       last = 0

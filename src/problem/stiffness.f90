@@ -269,9 +269,9 @@ contains
          by_corner = of_material
          do j = k, next - 1
             if (.not. (stiffness%kind%mass_factor > 0 .and. has_matrix(m%fields%mass_matrix, cells(j)))) cycle
-            associate (mass => m%fields%mass_matrix%cell(:, :, m%fields%mass_matrix%cell_of(cells(j))))
+            associate (mass => m%fields%mass_matrix, cell => m%fields%mass_matrix%cell_of(cells(j)))
                do d = 1, ndim
-                  by_corner(d::ndim, d::ndim) = by_corner(d::ndim, d::ndim) + stiffness%kind%mass_factor*mass
+                  by_corner(d::ndim, d::ndim) = by_corner(d::ndim, d::ndim) + stiffness%kind%mass_factor*mass%cell(:, :, cell)
                end do
             end associate
          end do

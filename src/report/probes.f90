@@ -56,7 +56,7 @@ contains
       type(surroundings_t) :: around
       type(view_t) :: view
       real(dp) :: strain(n_symmetric), stress(n_symmetric), u(ndim), v(ndim), along, toward(ndim)
-      integer :: n, k
+      integer :: n, k, ends
       character(:), allocatable :: of, name
       name = trim(probe%name)
       of = ' of '//name
@@ -75,7 +75,8 @@ contains
       u = 0
       v = 0
       along = 0
-      associate (first => probe%at(:, 1), last => probe%at(:, size(probe%at, 2)))
+      ends = size(probe%at, 2)
+      associate (first => probe%at(:, 1), last => probe%at(:, ends))
          if (n > 1 .and. probe%gives('strain')) along = elongation(problem, view, probe%at)
          if (n == 1 .or. any(probe%quantity /= 'strain' .and. probe%quantity /= '')) then
             do k = 1, n
