@@ -5,6 +5,8 @@
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <stdlib.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #if defined __x86_64__
 #define PLAIN target("arch=x86-64")
@@ -22,9 +24,28 @@ __attribute__((constructor(101), PLAIN)) static void hold_threads(void) {
     if (set_threads) set_threads(1);
 }
 
+// Newer versions of OpenBLAS take their room as they are loaded, and where they cannot they try for ever: before a library begins, it is
+// looked for here. `check_room` of src/setup/resource_estimate.f90 has the rest
+#if defined __linux__
+__attribute__((PLAIN)) static void check_room(void) {
+    const int refused = 2;                       // `exit_input`
+    const size_t room = 320000000;               // `of_algebra`
+    static const char message[] = "hampm: the limit of the address space (ulimit -v) leaves no room for the library of linear algebra: allow "
+                                  "about 600 MB and the memory of the model, or set no limit\n";
+    void *taken = mmap(NULL, room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (taken == MAP_FAILED) {
+        ssize_t written = write(STDERR_FILENO, message, sizeof message - 1);
+        (void)written;
+        _exit(refused);
+    }
+    munmap(taken, room);
+}
+
+__attribute__((section(".preinit_array"), used)) static void (*const before_libraries)(void) = check_room;
+#endif
+
 #if defined __x86_64__
 #include <stdio.h>
-#include <unistd.h>
 
 // Whether the compiler defines a macro as 1
 #define DEFINED(macro) DEFINED_AS(macro)
