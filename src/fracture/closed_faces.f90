@@ -8,8 +8,8 @@
 !> (`largest_intensity`), 0 without any; the sliding of each point is kept through changes of the mesh, apart from the compliance of
 !> the layer.
 !>
-!> The compliance of the layer across the faces is no opening of the crack: J omits the work of the pressure in it (`work_at_tip`).
-!> With it J of a split beam pressed together by 50 kPa is 2.9 times K_II**2/E'.
+!> Where the layer across the faces gives way this is no opening of the crack: J omits the work of the pressure in it
+!> (`work_at_tip`). With it J of a split beam pressed together by 50 kPa is 2.9 times K_II**2/E'.
 module hampm_closed_faces
    use hampm_kinds, only: dp, ndim
    use hampm_interface_points, only: interfaces_t, interface_point_t, contact, force_of, is_pressed, slid_in_all
@@ -58,13 +58,14 @@ contains
       real(dp), intent(in) :: direction(ndim)    !! unit vector out of the crack
       real(dp), intent(in) :: cell               !! size of the cells at the tip [m]
       type(closed_faces_t) :: faces
-      real(dp) :: r, length, there, parted, last, weight, square, stiffness
+      real(dp) :: r, length, there, parted, last, weight, square, stiffness, carried
       integer :: n
       faces = closed_faces_t(tip=tip, direction=direction, cell=cell)
       length = 0
       there = 0
       parted = 0
       stiffness = 0
+      carried = 0
       do n = 1, interfaces%n
          r = faces%distance_of(interfaces%list(n))
          if (r > 0 .and. r <= sampled*cell) faces%sliding = max(faces%sliding, norm(slid_in_all(interfaces%list(n)))/sqrt(r))
@@ -75,10 +76,11 @@ contains
          faces%normal = interfaces%list(n)%normal
          stiffness = stiffness + interfaces%list(n)%stiffness
          parted = parted + interfaces%list(n)%length*dot_product(interfaces%list(n)%normal, interfaces%list(n)%opening)
+         carried = carried + interfaces%list(n)%length*dot_product(interfaces%list(n)%normal, interfaces%list(n)%carried)
       end do
-      if (there < least*cell .or. .not. parted < 0) return
+      if (there < least*cell .or. .not. parted + carried < 0) return
       faces%are_closed = .true.
-      faces%compliance = there/stiffness
+      faces%compliance = there/stiffness*max(0.0_dp, parted/(parted + carried))
       last = max(sampled*cell, min(to*cell, length), length/2)
       length = 0
       square = 0

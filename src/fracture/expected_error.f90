@@ -235,6 +235,7 @@ contains
             is_new = is_new .or. is_open
             point%touch = 0
             point%slip = 0
+            point%carried = 0
             point%opening = merge(point%cell, 0.0_dp, is_open)*point%normal
          end associate
       end do

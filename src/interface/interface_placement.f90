@@ -268,6 +268,8 @@ contains
       between%opening = one%opening + part*(other%opening - one%opening)
       between%touch = one%touch + part*(other%touch - one%touch)
       between%start = one%start + part*(other%start - one%start)
+      between%carried = one%carried + part*(other%carried - one%carried)
+      between%spare = one%spare + part*(other%spare - one%spare)
       between%pressed = one%pressed + part*(other%pressed - one%pressed)
       between%slip = one%slip + part*(other%slip - one%slip)
       between%slid = one%slid + part*(other%slid - one%slid)
@@ -303,13 +305,16 @@ contains
       type(interface_point_t), intent(inout) :: point
       type(interface_point_t), intent(in) :: before
       logical, intent(in) :: keep_slip           !! whether slip since the last step is not yet committed
-      real(dp) :: felt(ndim), strain(ndim), across
+      real(dp) :: felt(ndim), strain(ndim), across, firmer
       integer :: d
       if (point%tip == 0) point%opening = turned(before%opening, before, point) ! else it has one of its own
       point%damage = before%damage
       point%taken = before%taken
       point%slid = before%slid
       if (holds(point)) return
+      firmer = merge(point%length/before%length, point%area/before%area, ndim == plane)*before%stiffness/point%stiffness
+      point%carried = firmer*turned(before%carried, before, point)
+      point%spare = firmer*before%spare
       strain = turned(face_force(before)/before%stiffness, before, point)
       if (keep_slip) then
          strain = dot_product(strain, point%normal)*point%normal
@@ -319,7 +324,8 @@ contains
             end do
          end associate
       end if
-      felt = merge(point%length/before%length, point%area/before%area, ndim == plane)*before%stiffness/point%stiffness*strain
+      strain = strain - turned(before%carried, before, point)
+      felt = firmer*strain
       if (point%law == contact) then
          if (before%law == contact) strain = strain + turned(before%start, before, point)
          point%start = strain - felt
@@ -328,13 +334,13 @@ contains
       end if
       associate (n => point%normal)
          across = dot_product(n, strain)
-         if (.not. dot_product(n, felt) < 0) across = max(0.0_dp, -overlap_of(before))
+         if (.not. dot_product(n, felt + point%carried) < 0) across = max(0.0_dp, -overlap_of(before))
          if (point%law == contact) then
             point%opening = point%opening + (across - dot_product(n, point%opening))*n
          else
             point%touch = dot_product(n, point%opening) - across
          end if
-         point%pressed = max(0.0_dp, -dot_product(n, felt))
+         point%pressed = max(0.0_dp, -dot_product(n, felt + point%carried))
          point%slip = along_faces(point, point%opening - strain)
       end associate
    end subroutine go_on_as

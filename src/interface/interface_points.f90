@@ -27,7 +27,7 @@ module hampm_interface_points
              open_interfaces, commit_slip, ease_faces, direction_of, components_of, vector_of, of_direction, &
              interface_energy, interface_states, interface_stiffness, stiffness_of_axes, force_of, force_at, &
              face_force, overlap_of, sliding_of, slid_in_all, energy_of, relax_interfaces, find_face_force, extend_opening, &
-             is_pressed, is_softening, have_friction, hold_friction, &
+             is_pressed, is_softening, have_friction, hold_friction, length_along, &
              archive_interfaces, add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
              kick_interfaces, energy_of_rates, add_interface_resistance
 
@@ -68,6 +68,8 @@ module hampm_interface_points
       real(dp) :: cell = 0                       !! size of the cell there [m]
       real(dp) :: held(ndim) = 0                 !! force of a bonded point at the opening `start` [N]
       real(dp) :: start(ndim) = 0                !! [m]; of `contact` the opening without effect after a change of the mesh
+      real(dp) :: carried(ndim) = 0              !! force of `contact` without overlap and elastic sliding, over the stiffness [m]
+      real(dp) :: spare = 0                      !! limit of its friction beyond that of its own pressure, over the stiffness [m]
       logical :: is_failing = .false.            !! whether it has begun to fail: force `fraction_left` of `held`, and contact
       real(dp) :: fraction_left = 1              !! [-]
       real(dp) :: reached = 0                    !! largest opening since then along the force, of law = toughness [m]
@@ -242,7 +244,7 @@ contains
       type(interface_point_t), intent(in) :: point
       real(dp) :: opening(ndim)
       opening = point%opening
-      if (point%law == contact) opening = opening - point%start
+      if (point%law == contact) opening = opening - point%start + point%carried
    end function felt_by_faces
 
    !> Overlap of the faces; below 0 where they are separate [m].
@@ -261,7 +263,7 @@ contains
    !> Friction limit over the stiffness [m].
    pure real(dp) function limit_of(point) result(limit)
       type(interface_point_t), intent(in) :: point
-      limit = point%friction*max(overlap_of(point), 0.0_dp)
+      limit = point%friction*max(overlap_of(point), 0.0_dp) + merge(point%spare, 0.0_dp, overlap_of(point) > 0)
       if (point%most_held >= 0) limit = point%most_held
    end function limit_of
 
@@ -281,7 +283,8 @@ contains
       integer :: k
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            point%most_held = point%friction*max(0.0_dp, overlap_of(point))
+            point%most_held = -1
+            point%most_held = limit_of(point)
          end associate
       end do
    end subroutine hold_friction
@@ -640,6 +643,8 @@ contains
          interfaces%list(k)%slip = 0
          interfaces%list(k)%slid = 0
          interfaces%list(k)%start = 0
+         interfaces%list(k)%carried = 0
+         interfaces%list(k)%spare = 0
          interfaces%list(k)%pressed = 0
          interfaces%list(k)%damage = 0
          interfaces%list(k)%taken = 0
@@ -675,8 +680,8 @@ contains
                point%slid = along_faces(point, point%opening)
              case (slides)
                sliding = slid_by(point)
-               interfaces%loss = interfaces%loss + point%stiffness*point%friction*length_along(sliding) &
-                                 *merge(pressed, (point%pressed + pressed)/2, k <= interfaces%n_at_end)
+               interfaces%loss = interfaces%loss + point%stiffness*length_along(sliding)*(point%spare + point%friction &
+                                 *merge(pressed, (point%pressed + pressed)/2, k <= interfaces%n_at_end))
                point%slip = point%slip + sliding
                point%slid = point%slid + sliding
             end select
@@ -690,7 +695,7 @@ contains
       type(interface_point_t), intent(in) :: point
       real(dp) :: slid_by(ndim - 1)
       slid_by = sliding_of(point)
-      slid_by = slid_by - in_direction_of(slid_by, point%friction*max(0.0_dp, overlap_of(point)))
+      slid_by = slid_by - in_direction_of(slid_by, limit_of(point))
    end function slid_by
 
    !> Total slip of faces, with the part not yet committed; of separate faces all of their opening along them [m].
@@ -728,7 +733,7 @@ contains
       type(interface_point_t), intent(in) :: point
       associate (stretch => stretch_of(point), s => point%stiffness)
          if (is_free(point)) then
-            energy = sum(face_force(point)**2)/(2*s)
+            energy = dot_product(face_force(point), face_force(point)/s - point%carried)/2
          else
             energy = point%stored + dot_product(point%held, stretch) + s*sum(stretch**2)/2
          end if
@@ -789,6 +794,7 @@ contains
             call archive%archive_reals('opening_'//to_text(d), n, of%opening(d))
             call archive%archive_reals('held_'//to_text(d), n, of%held(d))
             call archive%archive_reals('start_'//to_text(d), n, of%start(d))
+            call archive%archive_reals('carried_'//to_text(d), n, of%carried(d))
             call archive%archive_reals('rate_'//to_text(d), n, of%rate(d))
             call archive%archive_reals('felt_'//to_text(d), n, of%felt(d))
             call archive%archive_reals('before_'//to_text(d), n, of%before(d))
@@ -801,6 +807,7 @@ contains
          call archive%archive_reals('area', n, of%area)
          call archive%archive_reals('friction', n, of%friction)
          call archive%archive_reals('pressed', n, of%pressed)
+         call archive%archive_reals('spare', n, of%spare)
          call archive%archive_integers('line', n, of%line)
          call archive%archive_integers('tip', n, of%tip)
          call archive%archive_integers('plane', n, of%plane)

@@ -1,6 +1,6 @@
 !> Assembly of the problem from a model: grid, materials, particles, constraints, loads and cracks.
 module hampm_assembly
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, plane
    use hampm_basis, only: edge_margin
    use hampm_bodies, only: pieces_t, cut_into_pieces, fill_rectangle, fill_outline
    use hampm_constraints, only: constrain_box, hold_axis
@@ -125,6 +125,7 @@ contains
       if (model%method%time == 'static') then
          static%newton%solver = model%method%solver
          static%is_static = .true.
+         static%carries = ndim == plane
          static%forgets_mesh = size(model%growth) == 0 .or. any(model%growth%law%is_static)
          static%fixed_step = model%output%history_interval
          allocate (integrator, source=static)

@@ -11,6 +11,7 @@
 !> 587-596 (block principal pivoting, with Murty's method where it cycles).
 module hampm_balance
    use hampm_kinds, only: dp, ndim
+   use hampm_carried_forces, only: carry_forces
    use hampm_interface_points, only: commit_slip
    use hampm_failure, only: failure_t, exit_computation
    use hampm_instant, only: instant_t, save_instant, go_back_to
@@ -36,6 +37,8 @@ module hampm_balance
       type(newton_t) :: newton
       type(outer_forces_t) :: outer              !! in the step that is tried
       real(dp), allocatable :: moved(:, :)       !! displacement of the nodes in it [m], (ndim, n_points)
+      logical :: carries = .false.               !! whether faces carry forces without an opening of their layer: at rest, where no
+                                                 !! motion follows
    contains
       procedure :: advance_to
       procedure :: with_contact
@@ -184,7 +187,8 @@ contains
          if (failure%failed()) return
          call change_touch(self, m, in_vain > most_in_vain, rigid_constraints, wrong)
          if (wrong == 0) then
-            call commit_slip(m%interfaces)
+            if (self%carries) call stiffen_faces(self, m, shift, rigid_constraints, failure)
+            if (.not. failure%failed()) call commit_slip(m%interfaces)
             return
          end if
          in_vain = merge(0, in_vain + 1, wrong < fewest)
@@ -193,6 +197,27 @@ contains
       call failure%report(exit_computation, 'the contact state of faces or supports was not found: the iteration of '// &
                           'active nodes does not end')
    end subroutine with_contact
+
+   !> Balance the forces again until the layer between faces in contact does not give way (augmented Lagrangian, Uzawa's method).
+   !> Source: Simo & Laursen, Comput. Struct. 42 (1992) 97-116.
+   subroutine stiffen_faces(self, m, shift, rigid_constraints, failure)
+      class(balance_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: shift(:, :)        !! displacement of fixed components [m], (ndim, n_nodes)
+      type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
+      type(failure_t), intent(inout) :: failure
+      integer, parameter :: most = 20
+      real(dp), parameter :: hardly = 1e-3_dp    ! change of the carried forces, relative
+      real(dp) :: change
+      integer :: turn
+      if (m%interfaces%n_contact == 0) return
+      do turn = 1, most
+         call carry_forces(m%interfaces, change)
+         if (change <= hardly) return
+         call self%newton%balance(m, self%outer, shift, rigid_constraints, self%moved, failure)
+         if (failure%failed()) return
+      end do
+   end subroutine stiffen_faces
 
    !> Find the constraints of rigid-body modes: those with inertia need nothing to hold them.
    subroutine add_rigid_constraints(self, m, rigid_constraints)

@@ -79,9 +79,10 @@ contains
       real(dp), intent(in) :: dt                 !! not used in equilibrium [s]
       type(failure_t), intent(inout) :: failure
       if (.not. m%cache%mapped) call map_to_grid(m)
-      if (self%begun) then
+      if (self%begun .and. .not. (m%state%steps == 0 .and. self%forgets_mesh .and. hangs_on_path(m))) then
          call find_again(self, m, failure)
       else
+         if (self%begun) call unload(self, m)    ! or the first state would hang on the meshes before
          call find(self, m, m%state%time, failure)
          if (any(m%materials%has_eigenstrain)) self%at_first = stored_energy(m) - m%energies%external_work
       end if
@@ -200,11 +201,8 @@ contains
       type(failure_t) :: none
       type(loading_t) :: loading
       real(dp) :: work
-      logical :: depends_on_path                 ! whether the state depends on the way to it
-      depends_on_path = any(m%materials%has_history) .or. have_friction(m%interfaces) .and. m%state%steps > 0 .or. &
-         m%interfaces%n_cohesive > 0
-      if (depends_on_path .or. .not. (self%forgets_mesh .and. all(m%materials%linear) .and. &
-                                      .not. any(m%materials%has_eigenstrain .and. .not. m%materials%is_scaled))) then
+      if (hangs_on_path(m) .or. .not. (self%forgets_mesh .and. all(m%materials%linear) .and. &
+                                       .not. any(m%materials%has_eigenstrain .and. .not. m%materials%is_scaled))) then
          call carry_over(m)
          call find_loading(m, m%state%time, loading)
          work = m%energies%external_work
@@ -219,20 +217,34 @@ contains
             return
          end if
       end if
-      if (depends_on_path) then
+      if (hangs_on_path(m)) then
          call failure%report(exit_computation, m%state%when()//'on a finer mesh '//none%message)
          return
       end if
+      call unload(self, m)
+      call find(self, m, m%state%time, failure)
+   end subroutine find_again
+
+   !> Whether a state depends on the way to it.
+   pure logical function hangs_on_path(m)
+      type(problem_t), intent(in) :: m
+      hangs_on_path = any(m%materials%has_history) .or. have_friction(m%interfaces) .or. m%interfaces%n_cohesive > 0
+   end function hangs_on_path
+
+   !> Go back to material without loads.
+   subroutine unload(self, m)
+      class(equilibrium_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: m
       m%particles%displacement = 0
       m%particles%gradient = 0
+      if (allocated(m%particles%history)) m%particles%history = 0
       if (allocated(m%particles%widening)) m%particles%widening = 0
       call relax_interfaces(m%interfaces)
       m%energies%external_work = 0
       call press_on_supports(m%constraints)
       call displace(m, 0*m%state%displacement)
       self%begun = .false.
-      call find(self, m, m%state%time, failure)
-   end subroutine find_again
+   end subroutine unload
 
    !> Archive the data that the next equilibrium needs of the last.
    subroutine serialise(self, m, archive)

@@ -190,14 +190,14 @@ def test_closed_cracks(hampm, mu, asked):
 @pytest.mark.parametrize("words", [(), ("--set", "grid.order=2", "--set", "body.points_per_cell=3", "--set", "method.mass=consistent")], ids=["bilinear", "quadratic"])
 @pytest.mark.parametrize("mu", [0, 0.3])
 def test_closed_cracks_come_to_rest_by_implicit_steps(hampm, mu, words):
-    """Under a slow ramp, and damped, to where the static steps lead."""
+    """Under a slow ramp, and damped, to where the static steps lead, but for the layer between the faces, which gives way in motion."""
     text = closed(45, mu, levels=0, steps=4)
     static = run(hampm, text, words=words[:4])
     text = text.replace("end_time = 1.0", "end_time = 4e-3").replace("rise_time = 1.0", "rise_time = 3e-3")
     text = text.replace("time = 'static'  load_steps = 4", "time = 'implicit'  time_step = 1e-4  hht_alpha = -0.3")
     row = run(hampm, text + "&output history_interval = 1e-4 /\n&damping rate = 2e3 /\n", words=words)
     assert row["step"][-1] == 40
-    assert tips(row)[:, 1] == pytest.approx(tips(static)[:, 1], rel=2e-3)
+    assert tips(row)[:, 1] == pytest.approx(tips(static)[:, 1], rel=3e-3)
     assert row["strain_energy"][-1] == pytest.approx(static["strain_energy"][-1], rel=2e-3)
     if mu:
         assert row["friction_loss"][-1] == pytest.approx(static["friction_loss"][-1], rel=0.02)

@@ -34,11 +34,12 @@ def scene(method, path=FLAT, cell=2e-3, order=1, friction=0.7, refine="", crack=
 
 
 @pytest.mark.parametrize(("method", "path", "options"), [
-    ("static", FLAT, {}), ("static", SLANTED, {"friction": 1.5}), ("static", FLAT, {"order": 2}),
+    ("static", FLAT, {}), ("static", SLANTED, {"friction": 1.5}), ("static", SLANTED, {"friction": 0.9}), ("static", FLAT, {"order": 2}),
     ("static", FLAT, {"refine": "&refine indicator = 'gradient' r_crit = 0.02 max_level = 2 /"}), ("static", FLAT, {"refine": "&refine indicator = 'tip' max_level = 2 rings = 3 /"}),
     ("explicit", FLAT, {"refine": "&refine indicator = 'zz' tolerance = 0.03 max_level = 1 interval = 20 start = 1e-4 /"}), ("implicit", SLANTED, {"friction": 1.5})])
 def test_faces_that_stick_have_no_intensity(hampm, method, path, options):
-    """K_II was 12 to 34 % of that without friction. Displacements and energy are those of the body without the crack but for what the layer gives way by, a third of a cell."""
+    """K_II was 12 to 34 % of that without friction. Displacements and energy are those of the body without the crack: at rest but for cut cells, in motion but for the layer
+    too, which gives way by a third of a cell. With a friction of 0.9 single points of the slanted crack slid, by tractions that alternate (K_II 40 % of that without)."""
     row = harness.run(hampm, scene(method, path, **options))
     assert np.max(row["friction_loss"]) <= 1e-12 * row["strain_energy"][-1]
     for name in ("K_I", "K_II", "K_II_tip2"):
@@ -47,7 +48,16 @@ def test_faces_that_stick_have_no_intensity(hampm, method, path, options):
     if "refine" not in options and "order" not in options:
         whole = harness.run(hampm, scene(method, path, crack=False), name="whole")
         for name in ("displacement_a_x", "displacement_a_y", "strain_energy"):
-            assert row[name][-1] == pytest.approx(whole[name][-1], rel=0.015), name
+            assert row[name][-1] == pytest.approx(whole[name][-1], rel=0.005 if method == "static" else 0.015), name
+
+
+@pytest.mark.parametrize("path", [FLAT, SLANTED])
+def test_faces_that_stick_do_not_give_way(hampm, path):
+    """With 4 by 4 particles, as pieces of cut cells with one row of them are soft. The layer alone gave way by 1.0 %."""
+    row, whole = (harness.run(hampm, scene("static", path, friction=1.5, crack=crack).replace("points_per_cell = 2", "points_per_cell = 4"), name=str(crack)) for crack in (True, False))
+    assert row["displacement_a_y"][-1] == pytest.approx(whole["displacement_a_y"][-1], rel=2e-3)
+    assert row["displacement_a_x"][-1] == pytest.approx(whole["displacement_a_x"][-1], rel=3e-3)
+    assert row["strain_energy"][-1] == pytest.approx(whole["strain_energy"][-1], rel=1e-3)
 
 
 def test_faces_that_slide_have_theirs(hampm):

@@ -1,0 +1,75 @@
+!> Forces that faces in contact carry at rest without overlap and elastic sliding (`hampm_interface_points`). The layer between
+!> them has the compliance of a third of a cell, which would make a crack whose faces stick a soft seam.
+!>
+!> Uzawa's method for the augmented Lagrangian: the layer carries the forces of the last balance, and they are balanced again. Each
+!> point carries the mean traction of the cells around it. Slanted cuts have more points than openings of nodes: the tractions of
+!> single points would alternate without limit, and friction would let go where they are low; these stay to the layer. Source: Simo
+!> & Laursen, Comput. Struct. 42 (1992) 97-116.
+!>
+!> Friction lets go where the mean tractions reach its cone: a point that is beyond it by more has that to spare. Where faces slide
+!> nothing is left to spare after a few turns. Source: Oden & Pires, J. Appl. Mech. 50 (1983) 67-76 (nonlocal law).
+module hampm_carried_forces
+   use hampm_kinds, only: dp, ndim
+   use hampm_interface_points, only: interfaces_t, contact, face_force, is_pressed, along_faces, length_along
+   use hampm_tensors, only: norm
+   implicit none
+   private
+   public :: carry_forces
+
+contains
+
+   !> Let faces that press on each other carry their present tractions; firm ones, which do not give way, carry none. `change` is
+   !> the change of the carried forces over all forces, in the mean square [-].
+   pure subroutine carry_forces(interfaces, change)
+      type(interfaces_t), intent(inout) :: interfaces
+      real(dp), intent(out) :: change
+      real(dp), parameter :: reach = 1.5_dp      ! of a mean to either side [cells]
+      real(dp) :: force(ndim, interfaces%n), mean(ndim), weight, area, spare, of_all
+      logical :: carries(interfaces%n)
+      integer :: k, j
+      change = 0
+      of_all = tiny(of_all)
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            carries(k) = is_pressed(point) .and. .not. point%is_firm
+            if (.not. carries(k)) point%carried = 0
+            if (.not. carries(k)) point%spare = 0
+            if (.not. carries(k)) cycle
+            force(:, k) = face_force(point)
+            of_all = of_all + sum(force(:, k)**2)/point%stiffness
+         end associate
+      end do
+      do k = 1, interfaces%n
+         if (.not. carries(k)) cycle
+         mean = 0
+         area = 0
+         associate (point => interfaces%list(k))
+            do j = 1, interfaces%n
+               if (.not. carries(j) .or. interfaces%list(j)%line /= point%line) cycle
+               weight = 1 - norm(interfaces%list(j)%place - point%place)/(reach*max(point%cell, interfaces%list(j)%cell))
+               if (.not. weight > 0) cycle
+               mean = mean + weight*force(:, j)
+               area = area + weight*interfaces%list(j)%area
+            end do
+            mean = point%area/(area*point%stiffness)*mean
+            spare = 0
+            if (point%friction > 0) spare = max(0.0_dp, excess(force(:, k)/point%stiffness) - excess(mean))
+            change = change + point%stiffness*(sum((mean - point%carried)**2) + (spare - point%spare)**2)
+            point%carried = mean
+            point%spare = spare
+            point%slip = point%slid - along_faces(point, point%start)
+         end associate
+      end do
+      change = sqrt(change/of_all)
+
+   contains
+
+      !> How far a force, over the stiffness, is beyond the cone of friction [m].
+      pure real(dp) function excess(force)
+         real(dp), intent(in) :: force(ndim)
+         associate (point => interfaces%list(k))
+            excess = length_along(along_faces(point, force)) + point%friction*dot_product(point%normal, force)
+         end associate
+      end function excess
+   end subroutine carry_forces
+end module hampm_carried_forces
