@@ -307,24 +307,24 @@ class Refine(Group):
 
 
 class Crack(Group):
-    """A crack; without this group the model has none. Those of the kinds line and path may be several."""
+    """A crack; without this group the model has none. All but the kind symmetry may be several."""
 
     kind: Literal['symmetry', 'line', 'path', 'plane'] | None
-    """Along the constrained edge of a symmetric half, or straight to a tip, or along points; of solids also in a plane inside; default 'symmetry'"""
+    """In a plane, inside or the constrained one of a symmetric half; in two dimensions also a line or a path in any direction; default 'symmetry'"""
     tip: float | Sequence[float] | None
     """Crack tip, at a symmetry plane a node of the lattice; of two tips the one that direction points out of [m]; (-inf, inf); no default"""
     direction: float | Sequence[float] | None
     """From the crack out of its tip; at a symmetry plane along it; (-inf, inf); default [1.0, 0.0]"""
-    normal: Literal['x', 'y', 'z'] | None
-    """Of solids: axis across the plane of the crack; default 'z'"""
+    normal: Literal['x', 'y'] | None
+    """Of kind = 'plane': axis across it; default 'y'"""
     front: Literal['straight', 'disc', 'ellipse', 'polygon'] | None
-    """Of solids: of a half plane, through tip; of a disc, an ellipse or a polygon, which is cracked; default 'straight'"""
+    """Of a half plane, through tip; of a disc, in two dimensions between two tips, an ellipse or a polygon, which is cracked; default 'straight'"""
     center: float | Sequence[float] | None
     """Of a disc or an ellipse [m]; (-inf, inf); no default"""
-    radii: float | Sequence[float] | None
+    radii: float | None
     """One of a disc; two of an ellipse, along the axes of its plane in the order x, y, z [m]; (0, inf); no default"""
     length: float | None
-    """Of a line with two tips: from one to the other; 0: it reaches the edge of the material [m]; [0, inf); default 0.0"""
+    """Of a straight crack with two tips or fronts: from one to the other; 0: it reaches the edge of the material [m]; [0, inf); default 0.0"""
     contact: Literal['none', 'frictionless', 'friction'] | None
     """Of a line, a path or a plane: whether faces press on each other or go through; default 'none'"""
     friction: float | None
@@ -555,7 +555,7 @@ class Groups:
     refine: Refine
     """Where cells refine; without this group they never do."""
     crack: GroupList[Crack]
-    """A crack; without this group the model has none. Those of the kinds line and path may be several."""
+    """A crack; without this group the model has none. All but the kind symmetry may be several."""
     cohesive: GroupList[Cohesive]
     """How the faces of a crack hold each other by cohesion; without this group they do not."""
     growth: GroupList[Growth]
