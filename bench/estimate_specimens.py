@@ -225,6 +225,7 @@ def on_path(dice, scene, kind):
         bend = angle + dice.choice([-1, 1]) * dice.uniform(0.3, 0.9)
         points = [(x - c, y - s), (x, y), (x + a * cos(bend), y + a * sin(bend))]
     scene.crack = ["kind='path' points=" + ",".join(f"{v:.4f}e-3" for point in points for v in point)]
+    dice.random()                                # chose an estimator of versions before 3
 
 
 def pressed(dice, scene, kind):

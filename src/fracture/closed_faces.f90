@@ -58,7 +58,8 @@ contains
       real(dp), intent(in) :: direction(ndim)    !! unit vector out of the crack
       real(dp), intent(in) :: cell               !! size of the cells at the tip [m]
       type(closed_faces_t) :: faces
-      real(dp) :: r, length, there, parted, last, weight, square, stiffness, carried
+      real(dp) :: r, length, there, parted, last, weight, square, stiffness, carried, moved
+      real(dp), parameter :: rounding = 1e-9_dp  ! part of what faces move: overlap that presses nothing
       integer :: n
       faces = closed_faces_t(tip=tip, direction=direction, cell=cell)
       length = 0
@@ -66,6 +67,7 @@ contains
       parted = 0
       stiffness = 0
       carried = 0
+      moved = 0
       do n = 1, interfaces%n
          r = faces%distance_of(interfaces%list(n))
          if (r > 0 .and. r <= sampled*cell) faces%sliding = max(faces%sliding, norm(slid_in_all(interfaces%list(n)))/sqrt(r))
@@ -77,10 +79,11 @@ contains
          stiffness = stiffness + interfaces%list(n)%stiffness
          parted = parted + interfaces%list(n)%length*dot_product(interfaces%list(n)%normal, interfaces%list(n)%opening)
          carried = carried + interfaces%list(n)%length*dot_product(interfaces%list(n)%normal, interfaces%list(n)%carried)
+         moved = moved + interfaces%list(n)%length*norm(interfaces%list(n)%opening + interfaces%list(n)%carried)
       end do
-      if (there < least*cell .or. .not. parted + carried < 0) return
+      if (there < least*cell .or. .not. parted + carried < -rounding*moved) return
       faces%are_closed = .true.
-      faces%compliance = there/stiffness*max(0.0_dp, parted/(parted + carried))
+      faces%compliance = there/stiffness*min(1.0_dp, max(0.0_dp, parted/(parted + carried)))
       last = max(sampled*cell, min(to*cell, length), length/2)
       length = 0
       square = 0

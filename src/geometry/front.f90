@@ -409,13 +409,13 @@ contains
       holds = is_in_polygon(self%in_plane(x), self%outline)
    end function holds
 
-   !> The region without a margin along its possible fronts, which are edges that run inside the box of the material: it opens at
-   !> sides on which an edge lies.
+   !> The region without a margin along its possible fronts. It opens at sides of the box of the material on which an edge lies, or
+   !> beyond which it lies by less than the margin.
    pure function shrunk(self, by) result(region)
       class(region_t), intent(in) :: self
       real(dp), intent(in) :: by                 !! its width [m]
       type(region_t) :: region
-      real(dp) :: normal(2, size(self%outline, 2)), margin(size(self%outline, 2)), low(2), high(2), from, to
+      real(dp) :: normal(2, size(self%outline, 2)), margin(size(self%outline, 2)), low(2), high(2)
       integer :: n, k
       region%grid_plane_t = self%grid_plane_t
       region%outline = self%outline
@@ -426,15 +426,12 @@ contains
       high = self%in_plane(self%upper)
       do k = 1, n
          normal(:, k) = outward_normal(self%outline, k)
-         associate (tolerance => rounding*norm(high - low))
-            call clip_segment(self%outline(:, k), self%outline(:, modulo(k, n) + 1), low + tolerance, high - tolerance, from, to)
-         end associate
-         margin(k) = merge(by, 0.0_dp, self%may_be_front(k) .and. (to > from .or. .not. any(high > low)))
+         margin(k) = merge(by, 0.0_dp, self%may_be_front(k) .and. (runs_in(0.0_dp) .or. .not. runs_in(by)))
       end do
       do k = 1, n                                ! to where the edges on either side meet then
          associate (a => normal(:, modulo(k - 2, n) + 1), b => normal(:, k), of_a => margin(modulo(k - 2, n) + 1), &
                     of_b => margin(k))
-            if (self%is_corner(k) .and. abs(of_a - of_b) > 0 .and. abs(dot_product(a, b)) < smooth) then
+            if (abs(of_a - of_b) > 0 .and. abs(dot_product(a, b)) < smooth) then
                region%outline(:, k) = region%outline(:, k) - &
                   ((of_a - dot_product(a, b)*of_b)*a + (of_b - dot_product(a, b)*of_a)*b)/(1 - dot_product(a, b)**2)
             else if (dot_product(a, b) > -0.9_dp) then
@@ -442,6 +439,18 @@ contains
             end if
          end associate
       end do
+
+   contains
+
+      !> Whether an edge, moved inward by a length, runs inside the box of the material.
+      pure logical function runs_in(inward)
+         real(dp), intent(in) :: inward          !! [m]
+         real(dp) :: from, to
+         associate (way => inward*normal(:, k), tolerance => rounding*norm(high - low), next => modulo(k, n) + 1)
+            call clip_segment(self%outline(:, k) - way, self%outline(:, next) - way, low + tolerance, high - tolerance, from, to)
+         end associate
+         runs_in = to > from
+      end function runs_in
    end function shrunk
 
    !> Whether such a margin leaves less than all edges: the region is narrow somewhere, or an edge short.

@@ -138,12 +138,12 @@ contains
 
    contains
 
-      !> The values of a key, 1 where it is not given.
+      !> The values of a key, 1 where it is not given, or not for each place, which is refused elsewhere.
       pure function factors(given)
          real(dp), intent(in) :: given(:)
          real(dp), allocatable :: factors(:)
          factors = given
-         if (size(given) == 0) factors = spread(1.0_dp, 1, size(body%profile%at))
+         if (size(given) /= size(body%profile%at)) factors = spread(1.0_dp, 1, size(body%profile%at))
       end function factors
    end subroutine fill_body
 end module hampm_body_group

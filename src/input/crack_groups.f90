@@ -67,6 +67,7 @@ contains
             crack%axis = max(1, index('xyz', trim(settings%text(entry, 'normal'))))
             crack%direction = settings%vector(entry, 'direction')
             crack%length = settings%number(entry, 'length')
+            crack%key = 'points'
             if (crack%kind /= 'path' .and. crack%front == 'straight') crack%key = 'tip'
             if (any(crack%front == ['disc   ', 'ellipse'])) crack%key = 'center'
             numbers = settings%numbers(entry, trim(crack%key))

@@ -3,10 +3,10 @@
 !>
 !> Uzawa's method for the augmented Lagrangian: the layer carries the forces of the last balance, and they are balanced again. Each
 !> point carries the mean traction of the cells around it. Slanted cuts have more points than openings of nodes: the tractions of
-!> single points would alternate without limit, and friction would let go where they are low; these stay to the layer. Source: Simo
+!> single points would alternate without limit, and friction would slide where they are low; these stay to the layer. Source: Simo
 !> & Laursen, Comput. Struct. 42 (1992) 97-116.
 !>
-!> Friction lets go where the mean tractions reach its cone: a point that is beyond it by more has that to spare. Where faces slide
+!> Friction slides where the mean tractions reach its cone: a point that is beyond it by more has that to spare. Where faces slide
 !> nothing is left to spare after a few turns. Source: Oden & Pires, J. Appl. Mech. 50 (1983) 67-76 (nonlocal law).
 module hampm_carried_forces
    use hampm_kinds, only: dp, ndim

@@ -219,3 +219,19 @@ def test_a_peak_that_a_load_step_meets_is_not_passed_by(case, steps, told):
     peak = f"{LOAD}  history = 'table'  times = 0.0, 0.25e-6, 0.5e-6, 0.75e-6  factors = 0.0, 0.0, 1.0, 0.0 /\n"
     result = case("peak", text=LATE.replace("&output history_interval = 1e-7 /\n", "") + peak + f"&method time = 'static'  load_steps = {steps} /\n")
     assert result.code == 0 and ("may pass by" in result.stderr) == told
+
+
+PROFILE = """\
+&run plane = 'strain'  end_time = 1.0 /
+&grid lower = 0.0, 0.0  cell = 1e-3  cells = 10, 10 /
+&material name = 'a'  young = 1e9  poisson = 0.3  density = 1000 /
+&body material = 'a'  lower = 0.0, 0.0  upper = 10e-3, 10e-3  eigenstrain = 1e-3, 1e-3, 0.0  profile_at = 0.0, 10e-3  profile_direction = 1.0, 0.0  {factors} = 2.0 /
+"""
+
+
+@pytest.mark.parametrize("factors", ["profile_stiffness", "profile_density", "profile_eigenstrain"])
+def test_a_profile_without_a_factor_for_each_place_is_refused(case, factors):
+    """The largest time step is found beside other errors: it asked factors of places that have none."""
+    result = case("profile", "--check", text=PROFILE.format(factors=factors))
+    assert result.code == 2
+    assert f"{factors} = 2.0: must have one value for each of the 2 places of profile_at, not 1" in result.stderr

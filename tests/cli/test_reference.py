@@ -77,7 +77,7 @@ def test_each_key_gives_its_value_to_the_scene(choices):
     for group, of in groups.items():
         source = "".join(fill for fill in fills if f"settings%find('{group}'" in fill or fill.startswith(f"subroutine fill_{group}("))
         source += "".join(text for name, text in shared.items() if f"{name}(" in source)
-        assert set(of.get("by_hand", [])) <= set(re.findall(r"settings%\w+\([^']*(?:'\w+', [1ik]\), )?'(\w+)'", source)), group
+        assert set(of.get("by_hand", [])) <= set(re.findall(r"settings%\w+\([^']*(?:'\w+', [1ik]\), )?'(\w+)'", source) + re.findall(r"%key = '(\w+)'", source)), group
 
 
 def test_examples_together_are_a_scene(reference, hampm, tmp_path):

@@ -57,7 +57,7 @@ def test_a_new_key_is_one_line(tree):
 @pytest.mark.parametrize(("name", "old", "new", "said"), [
     ("crack.toml", "if = '&crack length'", "if = '&crack lenght'", "'&crack lenght' names what there is not"),
     ("crack.toml", "if = '&crack length'", "if = '&crak length'", "'&crak length' names what there is not"),
-    ("crack.toml", "requires = \"&crack kind = 'line'\"", "requires = \"&crack kind = 'lien'\"", "has the choice ['lien']"),
+    ("crack.toml", "requires = \"&crack contact = 'friction'\"", "requires = \"&crack contact = 'fricton'\"", "has the choice ['fricton']"),
     ("crack.toml", "not_with = 'several cracks'", "not_with = 'cracks that fly'", "'cracks that fly' is no feature"),
     ("crack.toml", "if = '&crack length', requires", "if = '&crack length', require", "crack.toml: a rule has"),
     ("damping.toml", "range = '[0, inf)'", "range = '0 .. inf'", "is no interval"),

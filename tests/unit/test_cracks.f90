@@ -184,7 +184,7 @@ contains
       integer :: k
       model = scene_of([0.5_dp, bottom], [5.5_dp, top])
       call put_line(model, tip - 2.5_dp*direction, tip)
-      model%paths(1)%kind = 'symmetry'
+      model%paths(1)%is_symmetry = .true.
       model%paths(1)%direction = direction
       call build(model, cracks, grid)
       call check(size(cracks%tips) == 1, 'a crack on a symmetry plane has one tip')
