@@ -44,7 +44,7 @@ contains
                                                 'K_II [Pa m^0.5]', 'K_III [Pa m^0.5]']
       type(string_t), allocatable :: table(:, :)
       real(dp) :: value
-      integer :: front, fronts, n
+      integer :: front, fronts, n, column
       fronts = 0
       do while (.not. ieee_is_nan(s%measurements%history%latest('G_mean'//ending_of(fronts + 1))))
          fronts = fronts + 1
@@ -60,7 +60,9 @@ contains
          associate (history => s%measurements%history)
             table(front, 1)%text = to_text(front)
             do n = 1, size(names)
-               table(front, n + merge(1, 2, n == 1))%text = known(history%latest(trim(names(n))//ending), 5)
+               column = n + 1                    ! the third has the error
+               if (n > 1) column = n + 2
+               table(front, column)%text = known(history%latest(trim(names(n))//ending), 5)
             end do
             value = history%latest('G_mean_error'//ending)/history%latest('G_mean'//ending)
             table(front, 3)%text = '-'
