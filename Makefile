@@ -34,14 +34,14 @@ release_kernels := -O3 --param inline-unit-growth=100 -finline-limit=1000 -flto
 release_often := -O2 -fpeel-loops -fno-schedule-insns2 --param max-inline-insns-auto=200 -flto
 release_seldom := -Og -ffrontend-optimize
 kernels := $(notdir $(wildcard src/law/*.f90)) $(addsuffix .f90,audit_kernels basis domain_pass element_assembly element_kernels element_stiffness \
-	energy_momentum front_integral ghost_penalty grid matching matter mean_force missing_energy nodal_kernels nodal_transfer numbering outline \
+	energy_momentum front_integral ghost_penalty grid matching matter missing_energy nodal_kernels nodal_transfer numbering outline \
 	particle_kernels particle_pass pass recovery rigid_motions sparse stencils stiffness support_pass tensors tip_domain)
 seldom_folders := input simulation growth setup report output
 seldom := $(addsuffix .f90,absorbing_edges archive balance bodies body_contact closed_faces cohesive_zone constraints crack_errors crack_lines \
 	crack_measurements crack_values cracks domains edge_loads edge_parts error_context estimated_errors estimator estimators failure fatigue_rates \
-	fine_region front front_closure front_values growth_laws indicators instant interface_placement interruption json kinks load_following \
-	load_sharing local_leapfrog material_force moving_front nodal_release patch plane_cuts plane_points quadratic_children \
-	quadratic_points quadratic_tip_offset reference_step static_equilibrium step_groups supports symmetric_turns t_stress text \
+	front front_closure front_values growth_laws indicators instant interface_placement interruption json kinks load_following \
+	load_sharing material_force moving_front nodal_release patch plane_cuts plane_points quadratic_children \
+	quadratic_points quadratic_tip_offset reference_step static_equilibrium supports symmetric_turns t_stress text \
 	tip_measurements version)
 # To compile what is edited, and run it, in a few seconds
 quick := -O1
@@ -236,7 +236,6 @@ fuzz:  ## read 1 000 000 namelists and command lines that are changed at random;
 	$(PYTHON) tests/fuzz/shape_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/meeting_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/plain_scenes.py --program build/checked/hampm --cases 10000 --seed 100
-	$(PYTHON) tests/fuzz/local_scenes.py --program build/checked/hampm --cases 2000 --seed 100
 	$(PYTHON) tests/fuzz/sweep_files.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/checkpoint_files.py --program build/checked/hampm --cases 10000 --seed 100
 	build/checked/hampm input/edge_crack.nml --output results --force --quiet

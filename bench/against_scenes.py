@@ -79,7 +79,6 @@ SCENES = [
     beam("tip, consistent, direct, total", *TIP, *method(mass="consistent", solver="direct", frame="total")),
     beam("tip, partial in the refined cells", *TIP, *method(mass="partial", consistent_region="refined"), "run.end_time=2e-5"),
     audited("tip, audit", *TIP),
-    beam("tip, local", *TIP, *method(time_steps="local", courant=0.5, frame="total"), "run.end_time=4e-4"),
     beam("gradient", *GRADIENT),
     audited("gradient, usf, audit", *GRADIENT, *method(scheme="usf")),
     beam("gradient that coarsens, fmpm, total", *GRADIENT, "refine.r_coarsen=0.005", *method(mass="fmpm", frame="total")),

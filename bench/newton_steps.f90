@@ -46,7 +46,6 @@ program newton_steps
          call tell(by%newton%residuals)
       end select
    end do
-   call s%integrator%finish()
    call end_program(failure)
 
 contains

@@ -66,7 +66,6 @@ def refined():
             yield tip(f"tip, {number(levels, 'level')}, {depths} n rings", levels, depths, cells)
     other = "tip, 2 levels, 2 n rings, "
     for name, cells, settings in (("updated frame", SLOW, UPDATED), ("usavg", SLOW, {"method.scheme": "usavg"}),
-                                  ("local time steps", SLOW, {"method.time_steps": "local"}),
                                   ("fmpm 2", SLOW[:-1], {"method.mass": "fmpm"}),
                                   ("weighted 5/18, direct", SLOW[:-2], {"method.mass": "weighted", "method.lumped_fraction": BEST_FRACTION,
                                                                       "method.solver": "direct"}),

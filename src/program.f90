@@ -129,7 +129,6 @@ contains
             if (.not. (options%quiet .or. failure%failed())) &
                call print_text(duration_report(measured_duration(simulation, resources%rows, clock_start)), failure)
          end if
-         call simulation%integrator%finish()
       else
          call run_and_report(options, simulation, failure)
          if (.not. options%quiet) write (output_unit, '(a)') time_report(clock_start)

@@ -50,7 +50,6 @@ contains
          call record_end(s, failure)
       end if
       call s%results%close(failure)
-      call s%integrator%finish()
       if (.not. failure%failed()) then
          call remove_file(checkpoint_name(s%results%path))
          call remove_file(partial_name(checkpoint_name(s%results%path)))
@@ -75,7 +74,7 @@ contains
       integer :: done, again
       duration = -1
       if (s%integrator%is_static .and. s%problem%particles%n > most_at_rest) return
-      call s%integrator%choose_steps(s%problem, s%model%run%end_time, s%longest_step, steps, s%dt)
+      call s%integrator%choose_steps(s%model%run%end_time, s%longest_step, steps, s%dt)
       start = seconds()
       before = start - seconds(clock_start)      ! time of reading and building [s]
       call s%integrator%initialise(s%problem, s%dt, failure)
@@ -177,7 +176,7 @@ contains
       s%limit = s%longest_step
       time = s%model%run%end_time
       if (s%integrator%ends_at_rows) time = next_row(s)
-      call s%integrator%choose_steps(s%problem, time - s%problem%state%time, s%limit, s%steps_left, s%dt)
+      call s%integrator%choose_steps(time - s%problem%state%time, s%limit, s%steps_left, s%dt)
    end subroutine choose_steps
 
    !> The time after a step of a given length is a multiple of that, or the end of the run, where only rounding is between them.

@@ -34,8 +34,7 @@ def is_run(runs, place, case):
 
 # Of these files all that has to do with a part, by the beginning of the name of the case
 PARTS = {"test_lessons": ("2_", "11_", "18_", "20_", "6_", "7_", "8_", "9_", "10_", "13_", "14_", "16_", "19_", *(f"solutions/{k}-" for k in (6, 7, 8, 9, 10, 13, 14, 15, 16))),
-         "test_regression": ("dcb_dynamic-alpha10000", "dcb_dynamic-undamped", "chen-0.2mm", "local_time_steps-static",
-                             "figure_10-unlumped")}
+         "test_regression": ("dcb_dynamic-alpha10000", "dcb_dynamic-undamped", "chen-0.2mm", "figure_10-unlumped")}
 
 # Files of tests/program whose runs are short enough for the build with all checks and traps; tests/cases and tests/lab have it, too
 CHECKED = {"exercises", "test_interfaces", "test_line_mass_identity", "test_moved_nodes", "test_permissions", "test_result_file",

@@ -47,7 +47,6 @@ TABLES = {
         "refinement around tips": "&refine indicator = 'tip'",
         "refinement by error (zz)": "&refine indicator = 'zz'",
         "refinement by gradients": "&refine indicator = 'gradient'",
-        "local time steps": "&method time_steps = 'local'",
         "mass: lumped": "&method mass = 'lumped'",
         "mass: consistent": "&method mass = 'consistent'",
         "mass: weighted": "&method mass = 'weighted'",

@@ -27,7 +27,7 @@ contains
       logical :: adapted
       integer :: before
       before = m%particles%n
-      m%cache%is_provisional = .not. (any(abs(m%particles%velocity(:before, :)) > 0) .or. m%has_domains() .or. m%blocks%by_group)
+      m%cache%is_provisional = .not. (any(abs(m%particles%velocity(:before, :)) > 0) .or. m%has_domains())
       if (.not. are_matched(m)) call match_particles(m, failure)
       adapted = r%is_active() .and. r%by%is_of_places
       do while (adapted .and. .not. failure%failed())

@@ -1,14 +1,12 @@
-!> The loops of `hampm_stencils` and `hampm_mean_force`: change of momenta and internal forces with the motion of points, by lines
-!> of a stencil, and by mass matrices and moments of the cells of a block, side by side in `lanes` as in `hampm_particle_kernels`;
-!> and sums at the nodes. See `hampm_element_operators`.
+!> The loops of `hampm_stencils`: change of momenta and internal forces with the motion of points, by lines of a stencil, and sums
+!> at the nodes. See `hampm_element_operators`.
 module hampm_element_kernels
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_cell_blocks, only: lanes, of_force, n_sums
-   use hampm_particle_kernels, only: divergence, n_across
+   use hampm_cell_blocks, only: lanes
    implicit none
    private
-   public :: n_masses, n_moments, add_mass_line, add_stiffness_line, mass_by_lines, stiffness_by_lines, apply_mass, &
-             isotropic_stress, anisotropic_stress, add_divergence, add_to_sum, copy_points
+   public :: n_masses, n_moments, add_mass_line, add_stiffness_line, mass_by_lines, stiffness_by_lines, add_to_sum, &
+             copy_points
 
    integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
    integer, parameter :: n_moments = 1 + ndim + ndim*(ndim + 1)/2 !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2, or in space
@@ -110,109 +108,6 @@ contains
          end associate
       end do
    end function stiffness_by_lines
-
-   !> Add a kick of the particles to the momenta, p_i <- p_i + sum_j M_ij dv_j, dv being the polynomials `a` in the cells.
-   pure subroutine apply_mass(a, masses, sums)
-      real(dp), intent(in) :: a(lanes, corners, ndim), masses(lanes, n_masses)
-      real(dp), intent(inout) :: sums(lanes, corners, ndim)
-      real(dp) :: v1, v2, v3, v4
-      integer :: l, d
-      do d = 1, ndim
-         !$omp simd private(v1, v2, v3, v4)
-         do l = 1, lanes
-            v1 = a(l, 1, d)
-            v2 = v1 + a(l, 2, d)
-            v3 = v1 + a(l, 3, d)
-            v4 = v3 + (a(l, 2, d) + a(l, 4, d))
-            sums(l, 1, d) = sums(l, 1, d) + (masses(l, 1)*v1 + masses(l, 2)*v2 + (masses(l, 3)*v3 + masses(l, 4)*v4))
-            sums(l, 2, d) = sums(l, 2, d) + (masses(l, 2)*v1 + masses(l, 5)*v2 + (masses(l, 6)*v3 + masses(l, 7)*v4))
-            sums(l, 3, d) = sums(l, 3, d) + (masses(l, 3)*v1 + masses(l, 6)*v2 + (masses(l, 8)*v3 + masses(l, 9)*v4))
-            sums(l, 4, d) = sums(l, 4, d) + (masses(l, 4)*v1 + masses(l, 7)*v2 + (masses(l, 9)*v3 + masses(l, 10)*v4))
-         end do
-      end do
-   end subroutine apply_mass
-
-   !> Sums of V times stress, and of the same times the local coordinate across its direction, of linear elastic particles of one
-   !> material, for the internal forces (7) (`add_divergence`). L = grad of a field is linear in the local coordinates: these sums
-   !> need only the moments of V.
-   pure subroutine isotropic_stress(lambda, mu, a, moments, integrals)
-      real(dp), intent(in) :: lambda, mu                !! [Pa]
-      real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell
-      real(dp), intent(in) :: moments(lanes, n_moments) !! [m3]
-      real(dp), intent(out) :: integrals(lanes, ndim*ndim, n_across)
-      real(dp) :: l11, l21, l12, l22
-      integer :: l
-      !$omp simd private(l11, l21, l12, l22)
-      do l = 1, lanes
-         l11 = a(l, 2, 1)*moments(l, 1) + a(l, 4, 1)*moments(l, 3)
-         l21 = a(l, 2, 2)*moments(l, 1) + a(l, 4, 2)*moments(l, 3)
-         l12 = a(l, 3, 1)*moments(l, 1) + a(l, 4, 1)*moments(l, 2)
-         l22 = a(l, 3, 2)*moments(l, 1) + a(l, 4, 2)*moments(l, 2)
-         integrals(l, 1, 1) = (lambda + 2*mu)*l11 + lambda*l22
-         integrals(l, 2, 1) = mu*(l12 + l21)
-         integrals(l, 3, 1) = integrals(l, 2, 1)
-         integrals(l, 4, 1) = (lambda + 2*mu)*l22 + lambda*l11
-         ! times eta
-         l11 = a(l, 2, 1)*moments(l, 3) + a(l, 4, 1)*moments(l, 6)
-         l21 = a(l, 2, 2)*moments(l, 3) + a(l, 4, 2)*moments(l, 6)
-         l12 = a(l, 3, 1)*moments(l, 3) + a(l, 4, 1)*moments(l, 5)
-         l22 = a(l, 3, 2)*moments(l, 3) + a(l, 4, 2)*moments(l, 5)
-         integrals(l, 1, 2) = (lambda + 2*mu)*l11 + lambda*l22
-         integrals(l, 2, 2) = mu*(l12 + l21)
-         ! times xi
-         l11 = a(l, 2, 1)*moments(l, 2) + a(l, 4, 1)*moments(l, 5)
-         l21 = a(l, 2, 2)*moments(l, 2) + a(l, 4, 2)*moments(l, 5)
-         l12 = a(l, 3, 1)*moments(l, 2) + a(l, 4, 1)*moments(l, 4)
-         l22 = a(l, 3, 2)*moments(l, 2) + a(l, 4, 2)*moments(l, 4)
-         integrals(l, 3, 2) = mu*(l12 + l21)
-         integrals(l, 4, 2) = (lambda + 2*mu)*l22 + lambda*l11
-      end do
-   end subroutine isotropic_stress
-
-   !> The same by a stiffness of the columns (11, 22, 12).
-   pure subroutine anisotropic_stress(c, a, moments, integrals)
-      real(dp), intent(in) :: c(3, 3)                   !! [Pa]
-      real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell
-      real(dp), intent(in) :: moments(lanes, n_moments) !! [m3]
-      real(dp), intent(out) :: integrals(lanes, ndim*ndim, n_across)
-      integer, parameter :: with(3, 3) = reshape([1, 3, 2, 3, 6, 5, 2, 5, 4], [3, 3]) !! moments of 1, eta, xi with 1, eta and xi
-      real(dp) :: stress(lanes, 3, 3)
-      real(dp) :: l11, l22, shear
-      integer :: l, k
-      do k = 1, 3                                       ! times 1, eta and xi
-         !$omp simd private(l11, l22, shear)
-         do l = 1, lanes
-            l11 = a(l, 2, 1)*moments(l, with(1, k)) + a(l, 4, 1)*moments(l, with(2, k))
-            l22 = a(l, 3, 2)*moments(l, with(1, k)) + a(l, 4, 2)*moments(l, with(3, k))
-            shear = a(l, 2, 2)*moments(l, with(1, k)) + a(l, 4, 2)*moments(l, with(2, k)) &
-                    + (a(l, 3, 1)*moments(l, with(1, k)) + a(l, 4, 1)*moments(l, with(3, k)))
-            stress(l, 1, k) = c(1, 1)*l11 + c(1, 2)*l22 + c(1, 3)*shear
-            stress(l, 2, k) = c(1, 3)*l11 + c(2, 3)*l22 + c(3, 3)*shear
-            stress(l, 3, k) = c(1, 2)*l11 + c(2, 2)*l22 + c(2, 3)*shear
-         end do
-      end do
-      integrals(:, :4, 1) = stress(:, [1, 2, 2, 3], 1)
-      integrals(:, :2, 2) = stress(:, :2, 2)
-      integrals(:, 3:4, 2) = stress(:, 2:, 3)
-   end subroutine anisotropic_stress
-
-   !> Add the internal forces of the sums of V times stress, and of the same times the local coordinate across its direction.
-   pure subroutine add_divergence(inverse_size, integrals, sums)
-      real(dp), intent(in) :: inverse_size(lanes)       !! [1/m]
-      real(dp), intent(in) :: integrals(lanes, ndim*ndim, n_across)
-      real(dp), intent(inout) :: sums(lanes, corners, ndim)
-      real(dp) :: change(lanes, corners, n_sums)
-      integer :: l, c, d
-      call divergence(1, inverse_size, integrals, change)
-      do d = 1, ndim
-         do c = 1, corners
-            !$omp simd
-            do l = 1, lanes
-               sums(l, c, d) = sums(l, c, d) + change(l, c, of_force + d - 1)
-            end do
-         end do
-      end do
-   end subroutine add_divergence
 
    !> Add a factor times a nodal field to a sum at some points.
    pure subroutine add_to_sum(factor, n, points, field, total)

@@ -27,7 +27,7 @@ module hampm_element_operators
    use hampm_vectors, only: add_scaled
    implicit none
    private
-   public :: element_operators_t, find_operators, sum_masses, sum_moments, keeps_sums, add_up, add_up_from, apply_to_runs, &
+   public :: element_operators_t, find_operators, keeps_sums, add_up, add_up_from, apply_to_runs, &
              pass_by_all_operators, refresh_sums, assemble_all, give_to_particles, archive_gains
 
    integer, parameter :: runs_per_task = 16      !! size of a thread's task

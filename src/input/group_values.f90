@@ -102,7 +102,6 @@ module hampm_group_values
       real(dp) :: courant = 0.0_dp            !! time step over cell size / wave speed; 0: 0.9 of the limit, in the updated ...
       character(name_len) :: path = 'fastest' !! of explicit steps: the fastest one for the model, or the plain reference step
       character(name_len) :: wave_speed = 'shear' !! which wave speed courant refers to
-      character(name_len) :: time_steps = 'global' !! one for all cells, that of the smallest, or longer ones for larger cells
       character(name_len) :: frame = 'total'  !! shape functions at the present positions, for bodies that meet, or always at ...
       character(name_len) :: shape_functions = 'linear' !! of a particle in frame = 'updated': of its place, or the mean over ...
       character(name_len) :: mass = 'lumped'  !! mass matrix: by row sums, consistent, so in some cells, a series for its ...
@@ -309,7 +308,6 @@ contains
       values%courant = settings%number(entry, 'courant')
       values%path = settings%text(entry, 'path')
       values%wave_speed = settings%text(entry, 'wave_speed')
-      values%time_steps = settings%text(entry, 'time_steps')
       values%frame = settings%text(entry, 'frame')
       values%shape_functions = settings%text(entry, 'shape_functions')
       values%mass = settings%text(entry, 'mass')

@@ -207,7 +207,6 @@ contains
                         'depends on the cells, and no estimated error knows of it. Let it hold more, or use smaller &grid cell')
             if (all(c%upper - c%lower > tolerance(grid))) cycle
             with = ''
-            if (model%method%time_steps == 'local') with = '&method time_steps = ''local'''
             if (c%motion%turns) with = 'turns'
             if (c%motion%unilateral) with = 'unilateral'
             if (with == '') cycle

@@ -265,8 +265,6 @@ module hampm_key_table
       key_t('path', type_name, 'of explicit steps: the fastest one for the model, or the plain reference step', &
          default='fastest', allowed='fastest|reference'), &
       key_t('wave_speed', type_name, 'which wave speed courant refers to', default='shear', allowed='shear|dilatational'), &
-      key_t('time_steps', type_name, 'one for all cells, that of the smallest, or longer ones for larger cells', &
-         default='global', allowed='global|local'), &
       key_t('frame', type_name, 'shape functions at the present positions, for bodies that meet, or always at the initial '// &
          'ones', default='total', allowed='updated|total'), &
       key_t('shape_functions', type_name, &

@@ -35,8 +35,6 @@ module hampm_largest_step
    !> Reduction by growing cracks: they cut cells anywhere, into pieces with few particles and nodal motions without mass; schemes
    !> that map velocities from particles are not affected (docs/explanation/growth.md)
    real(dp), parameter :: of_growth = 0.5_dp
-   !> Reduction by local time steps (docs/explanation/local_time_steps.md)
-   real(dp), parameter :: of_local_steps = 0.9_dp
    !> Depths of lines of particles in empty cells, of those positions with the least limit [cells]
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
    !> Reduction by cut quadratic cells with `fewest_points`, at edges, cracks and cohesive points of tips: 3 % at most in 800 random
@@ -81,7 +79,6 @@ contains
          if (any(model%bodies%material_index /= model%bodies(1)%material_index)) limit = limit*of_contrast
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. model%refine%is_active()) limit = limit*of_hanging_nodes
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. size(model%growth) > 0) limit = limit*of_growth
-         if (method%time_steps == 'local') limit = limit*of_local_steps
          if (model%grid%order > 1) then
             if (cuts_cells(model)) limit = limit*of_cut_quadratic
          else if (cracks_cut_cells(model) .or. size(model%growth) + size(model%cohesive) > 0) then
@@ -111,12 +108,11 @@ contains
       speed = largest_wave_speed(materials_of(model), model%method%wave_speed)
    end function chosen_speed
 
-   !> Size of the cells for the first step: cells around a tip are there from the start, and with local steps the
-   !> largest cells take the longest step [m].
+   !> Size of the cells for the first step: cells around a tip are there from the start [m].
    pure real(dp) function smallest_cell(model) result(cell)
       type(model_t), intent(in) :: model
       cell = model%grid%cell
-      if (model%refine%by%is_of_places .and. model%method%time_steps == 'global') cell = scale(cell, -model%refine%max_level)
+      if (model%refine%by%is_of_places) cell = scale(cell, -model%refine%max_level)
    end function smallest_cell
 
    !> Largest stable time step over cell size for a single body [s/m].

@@ -51,7 +51,7 @@ module hampm_rule_table
       'frictionless', '{growth laws in motion}', 'none', 'friction', 'none', 'hoop_stress', 'local_symmetry', 'max_energy', &
       'path', 'straight', '{growth laws in motion}', 'hutchinson_suo', 'benzeggagh_kenane', 'none', &
       '{growth laws in motion}', '{growth laws in motion}', 'largest', 'last', 'first', 'all', 'material_force', &
-      'stress_closure', 'domain_integral', 'dcb', 'value', 'cpdi', 'linear', 'local', 'global', 'explicit', 'implicit', &
+      'stress_closure', 'domain_integral', 'dcb', 'value', 'cpdi', 'linear', 'explicit', 'implicit', &
       '{growth laws in motion}', 'symmetry', 'symmetry', 'orthotropic', 'j2_plastic', 'j2_plastic', 'j2_plastic', &
       'j2_plastic', 'mooney_rivlin', 'viscoelastic', 'viscoelastic', 'orthotropic', 'orthotropic', 'orthotropic', &
       'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', &
@@ -66,39 +66,34 @@ module hampm_rule_table
       'cylinder', 'polygon', 'circle', 'sphere', 'circle', 'cylinder', 'sphere', 'stick', 'frictionless', 'friction', &
       'static', 'static', 'static', 'symmetry', 'dcb', '{growth laws at rest}', '{laws of any strain}', 'axisymmetric', &
       'dcb', 'stress', 'ramp', 'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', &
-      'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine']
+      'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine', &
+      'table', 'table']
 
-   character(name_len), parameter :: values_2(*) = [character(name_len) :: 'table', 'table', 'ramp', 'smooth_ramp', 'sine', &
-      'table', 'step', 'explicit', 'implicit', 'undeformed', 'step', 'explicit', 'implicit', 'static', 'explicit', 'local', &
-      'global', 'explicit', 'local', 'global', 'explicit', 'local', 'global', 'explicit', 'implicit', 'axisymmetric', &
+   character(name_len), parameter :: values_2(*) = [character(name_len) :: 'ramp', 'smooth_ramp', 'sine', 'table', 'step', &
+      'explicit', 'implicit', 'undeformed', 'step', 'explicit', 'implicit', 'static', 'explicit', 'implicit', 'axisymmetric', &
       'stick', 'frictionless', 'friction', 'absorbing', 'point', 'body', 'traction', 'pressure', 'traction', 'absorbing', &
       'pressure', 'edge', 'traction', 'pressure', 'absorbing', 'crack', 'left', 'right', 'gravity', 'gravity', 'pressure', &
       'crack', 'gravity', 'pressure', 'crack', 'pressure', 'gravity', 'absorbing', 'absorbing', 'absorbing', 'absorbing', &
-      'static', 'absorbing', 'local', 'global', 'absorbing', 'reference', 'fastest', 'absorbing', 'pressure', 'gravity', &
-      'crack', 'pressure', 'pressure', 'crack', 'left', 'right', 'pressure', 'gravity', 'absorbing', 'crack', 'line', 'path', &
-      'plane', 'crack', 'crack', 'step', 'friction', 'frictionless', 'friction', 'stick', 'frictionless', 'friction', &
-      'stick', 'frictionless', 'friction', 'static', 'implicit', 'stick', 'frictionless', 'friction', 'explicit', 'total', &
-      'stick', 'frictionless', 'friction', 'updated', 'updated', 'static', 'total', 'updated', 'implicit', 'total', &
-      'updated', 'total', 'updated', 'symmetry', '{growth laws in motion}', 'total', 'cpdi', 'updated', 'local', 'total', &
-      'local', 'musl', 'local', 'lumped', 'local', 'static', 'global', 'local', 'implicit', 'global', 'local', 'explicit', &
-      'implicit', 'global', 'local', 'linear_elastic', 'orthotropic', 'global', 'local', 'b_bar', 'standard', 'local', &
-      '{indicators of the motion}', 'global', 'local', 'global', 'local', 'frictionless', 'friction', 'global', 'local', &
-      'global', 'local', 'symmetry', '{growth laws in motion}', 'global', 'local', 'global', 'reference', 'static', &
-      'implicit', 'explicit', 'reference', 'local', 'global', 'reference', 'cpdi', 'linear', 'reference', 'consistent', &
-      'partial', 'fmpm', 'weighted', 'lumped', 'reference', 'b_bar', 'standard', 'reference', 'fastest', 'reference', &
-      'fastest', 'reference', 'fastest', 'reference', 'stick', 'frictionless', 'friction', 'bonded', 'reference', &
-      'frictionless', 'friction', 'none', 'reference', 'reference', 'fmpm', 'implicit', 'consistent', 'lumped', 'partial', &
-      'fmpm', 'weighted']
-
-   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'explicit', 'implicit', 'consistent', 'cg', &
+      'static', 'absorbing', 'reference', 'fastest', 'absorbing', 'pressure', 'gravity', 'crack', 'pressure', 'pressure', &
+      'crack', 'left', 'right', 'pressure', 'gravity', 'absorbing', 'crack', 'line', 'path', 'plane', 'crack', 'crack', &
+      'step', 'friction', 'frictionless', 'friction', 'stick', 'frictionless', 'friction', 'stick', 'frictionless', &
+      'friction', 'static', 'implicit', 'stick', 'frictionless', 'friction', 'explicit', 'total', 'stick', 'frictionless', &
+      'friction', 'updated', 'updated', 'static', 'total', 'updated', 'implicit', 'total', 'updated', 'total', 'updated', &
+      'symmetry', '{growth laws in motion}', 'total', 'cpdi', 'updated', 'reference', 'static', 'implicit', 'explicit', &
+      'reference', 'cpdi', 'linear', 'reference', 'consistent', 'partial', 'fmpm', 'weighted', 'lumped', 'reference', &
+      'b_bar', 'standard', 'reference', 'fastest', 'reference', 'fastest', 'reference', 'fastest', 'reference', 'stick', &
+      'frictionless', 'friction', 'bonded', 'reference', 'frictionless', 'friction', 'none', 'reference', 'reference', &
+      'fmpm', 'implicit', 'consistent', 'lumped', 'partial', 'fmpm', 'weighted', 'explicit', 'implicit', 'consistent', 'cg', &
       'direct', 'cg', 'explicit', 'implicit', 'direct', 'implicit', 'implicit', 'implicit', 'refined', 'partial', &
       '{indicators}', 'static', 'static', 'implicit', 'static', 'explicit', 'implicit', 'updated', 'static', 'static', &
       'stick', 'frictionless', 'friction', 'undeformed', 'static', 'b_bar', '{laws of any strain}', 'standard', 'static', &
       'static', 'fmpm', 'weighted', 'partial', 'partial', 'partial', 'partial', 'refined', 'partial', 'refined', 'direct', &
       'explicit', 'lumped', 'fmpm', 'static', 'usf', '{growth laws in motion}', 'musl', 'usavg', '{growth laws in motion}', &
-      'musl', 'lumped', '{growth laws in motion}', 'weighted', 'tip', '{indicators of one body}', 'stick', 'frictionless', &
-      'friction', 'zz', '{indicators of the motion}', 'explicit', 'implicit', 'tip', '{indicators}', '{indicators}', &
-      '{indicators}', '{indicators}', 'gradient', 'gradient', 'gradient', 'gradient', 'zz', 'tip', &
+      'musl', 'lumped', '{growth laws in motion}', 'weighted']
+
+   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'tip', '{indicators of one body}', 'stick', &
+      'frictionless', 'friction', 'zz', '{indicators of the motion}', 'explicit', 'implicit', 'tip', '{indicators}', &
+      '{indicators}', '{indicators}', '{indicators}', 'gradient', 'gradient', 'gradient', 'gradient', 'zz', 'tip', &
       '{indicators of the motion}', 'static', '{indicators of the motion}', '{indicators of the motion}', 'static', &
       '{indicators of the motion}', 'symmetry', 'line', 'plane', 'straight', 'disc', 'ellipse', 'polygon', 'straight', &
       'disc', 'ellipse', 'disc', 'ellipse', 'disc', 'ellipse', 'polygon', 'path', 'path', 'polygon', 'path', 'symmetry', &
@@ -115,20 +110,20 @@ module hampm_rule_table
       '{growth laws at rest}', '{growth laws at rest}', 'displacement', 'displacement', 'growth', 'growth', 'ramp', &
       'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'crack', 'prescribed', &
       '{growth laws in motion by toughness}', '{growth laws by speed}', 'prescribed', 'fatigue', 'fatigue', 'walker', &
-      'fatigue', 'fatigue', 'fatigue']
-
-   character(name_len), parameter :: values_4(*) = [character(name_len) :: '{growth laws at rest}', &
-      '{growth laws in motion by toughness}', '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}', &
-      '{growth laws by speed}', '{growth laws in motion by toughness}', 'symmetry', 'hutchinson_suo', 'benzeggagh_kenane', &
-      'benzeggagh_kenane', 'benzeggagh_kenane', '{growth laws at rest}', '{growth laws at rest}', 'path', 'path', 'path', &
-      '{growth laws at rest}', 'hoop_stress', 'local_symmetry', 'max_energy', 'path', 'symmetry', 'straight', 'last', &
-      'first', '{growth laws at rest}', 'largest', 'largest', '{growth laws at rest}', 'all', 'first', 'symmetry', 'largest', &
-      'last', 'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', '{laws of any strain}', &
+      'fatigue', 'fatigue', 'fatigue', '{growth laws at rest}', '{growth laws in motion by toughness}', &
+      '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}', &
+      '{growth laws in motion by toughness}', 'symmetry', 'hutchinson_suo', 'benzeggagh_kenane', 'benzeggagh_kenane', &
+      'benzeggagh_kenane', '{growth laws at rest}', '{growth laws at rest}', 'path', 'path', 'path', '{growth laws at rest}', &
+      'hoop_stress', 'local_symmetry', 'max_energy', 'path', 'symmetry', 'straight', 'last', 'first', &
+      '{growth laws at rest}', 'largest', 'largest', '{growth laws at rest}', 'all', 'first', 'symmetry', 'largest', 'last', &
+      'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', '{laws of any strain}', &
       'linear_elastic', 'orthotropic', '{laws with a history}', 'linear_elastic', 'orthotropic', '{estimators}', &
       '{estimators at nodes}', 'domain_integral', '{estimators at nodes}', 'symmetry', 'domain_integral', &
-      '{estimators at nodes}', 'domain_integral', '{estimators of elastic material}', '{laws with a history}', &
-      'domain_integral', 'stress_closure', 'crack', 'domain_integral', '{estimators of isotropic material}', 'orthotropic', &
-      'domain_integral', '{estimators for traction-free faces}', 'frictionless', 'friction', 'domain_integral', &
+      '{estimators at nodes}', 'domain_integral', '{estimators of elastic material}']
+
+   character(name_len), parameter :: values_4(*) = [character(name_len) :: '{laws with a history}', 'domain_integral', &
+      'stress_closure', 'crack', 'domain_integral', '{estimators of isotropic material}', 'orthotropic', 'domain_integral', &
+      '{estimators for traction-free faces}', 'frictionless', 'friction', 'domain_integral', &
       '{estimators for traction-free faces}', 'crack', 'domain_integral', '{estimators for traction-free faces}', 'left', &
       'right', 'domain_integral', '{estimators for traction-free faces}', 'domain_integral', &
       '{estimators for stationary tips}', 'domain_integral', '{estimators for stationary tips}', 'domain_integral', &
@@ -163,10 +158,10 @@ module hampm_rule_table
       atom_t(1, is_one_of, 1, 5, 9, 9, 0.0_dp), &
       atom_t(0, is_set, 1, 8, 10, 9, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 10, 10, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 11, 14, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 11, 14, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 15, 14, 0.0_dp, a_mass_matrix_that_acts), &
       atom_t(1, is_named, 0, 0, 15, 14, 0.0_dp, quadratic_cells_at_an_axis), &
-      atom_t(1, is_one_of, 9, 13, 15, 15, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 15, 15, 0.0_dp), &
       atom_t(0, is_one_of, 1, 2, 16, 16, 0.0_dp), &
       atom_t(1, is_set, 1, 3, 17, 16, 0.0_dp), &
       atom_t(0, is_set, 4, 11, 17, 16, 0.0_dp), &
@@ -174,8 +169,8 @@ module hampm_rule_table
       atom_t(0, is_one_of, 17, 6, 18, 18, 0.0_dp), &
       atom_t(1, is_one_of, 1, 2, 19, 19, 0.0_dp), &
       atom_t(0, is_one_of, 1, 2, 20, 20, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 21, 21, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 22, 22, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 21, 21, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 22, 22, 0.0_dp), &
       atom_t(0, is_one_of, 1, 2, 23, 23, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 24, 23, 0.0_dp, a_solid), &
       atom_t(0, is_set, 1, 2, 24, 23, 0.0_dp), &
@@ -223,9 +218,9 @@ module hampm_rule_table
       atom_t(1, is_named, 0, 0, 40, 39, 0.0_dp, a_solid), &
       atom_t(2, is_one_of, 11, 1, 40, 40, 0.0_dp), &
       atom_t(0, is_present, 11, 0, 41, 40, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 41, 41, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 41, 41, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 42, 41, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 9, 11, 42, 42, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 42, 42, 0.0_dp), &
       atom_t(0, is_present, 12, 0, 43, 42, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 43, 42, 0.0_dp, a_solid), &
       atom_t(0, is_one_of, 11, 9, 43, 43, 0.0_dp), &
@@ -268,1085 +263,1023 @@ module hampm_rule_table
       atom_t(1, is_one_of, 17, 6, 67, 67, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 68, 67, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 68, 67, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 9, 12, 68, 68, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 68, 68, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 69, 68, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 9, 12, 69, 69, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 70, 70, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 71, 70, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 9, 10, 71, 71, 0.0_dp), &
-      atom_t(0, is_one_of, 2, 4, 72, 71, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 72, 73, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 74, 74, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 69, 69, 0.0_dp), &
+      atom_t(0, is_one_of, 2, 4, 70, 69, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 70, 71, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 72, 72, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 73, 72, 1.0_dp), &
+      atom_t(0, is_one_of, 2, 4, 73, 72, 2.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 73, 73, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 74, 73, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 74, 73, 1.0_dp), &
+      atom_t(0, is_one_of, 2, 4, 74, 73, 2.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 74, 74, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 75, 74, 0.0_dp), &
       atom_t(1, is_one_of, 2, 4, 75, 74, 1.0_dp), &
-      atom_t(0, is_one_of, 2, 4, 75, 74, 2.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 75, 75, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 76, 75, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 76, 75, 1.0_dp), &
-      atom_t(0, is_one_of, 2, 4, 76, 75, 2.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 76, 76, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 77, 76, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 77, 76, 1.0_dp), &
-      atom_t(0, is_none_of, 3, 2, 77, 77, 0.0_dp), &
-      atom_t(1, is_set, 3, 3, 78, 77, 0.0_dp), &
-      atom_t(0, is_set, 3, 7, 78, 77, 0.0_dp), &
+      atom_t(0, is_none_of, 3, 2, 75, 75, 0.0_dp), &
+      atom_t(1, is_set, 3, 3, 76, 75, 0.0_dp), &
+      atom_t(0, is_set, 3, 7, 76, 75, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 76, 76, 0.0_dp), &
+      atom_t(0, is_set, 3, 8, 77, 76, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 77, 77, 0.0_dp), &
+      atom_t(0, is_set, 3, 9, 78, 77, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 78, 78, 0.0_dp), &
-      atom_t(0, is_set, 3, 8, 79, 78, 0.0_dp), &
+      atom_t(0, is_set, 3, 10, 79, 78, 0.0_dp), &
+      atom_t(1, is_set, 3, 9, 79, 78, 0.0_dp), &
+      atom_t(0, is_set, 3, 11, 79, 78, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 79, 79, 0.0_dp), &
-      atom_t(0, is_set, 3, 9, 80, 79, 0.0_dp), &
+      atom_t(0, is_set, 3, 12, 80, 79, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 80, 80, 0.0_dp), &
-      atom_t(0, is_set, 3, 10, 81, 80, 0.0_dp), &
-      atom_t(1, is_set, 3, 9, 81, 80, 0.0_dp), &
-      atom_t(0, is_set, 3, 11, 81, 80, 0.0_dp), &
+      atom_t(0, is_set, 3, 13, 81, 80, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 81, 81, 0.0_dp), &
-      atom_t(0, is_set, 3, 12, 82, 81, 0.0_dp), &
+      atom_t(0, is_set, 3, 14, 82, 81, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 82, 82, 0.0_dp), &
-      atom_t(0, is_set, 3, 13, 83, 82, 0.0_dp), &
+      atom_t(0, is_set, 3, 15, 83, 82, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 83, 83, 0.0_dp), &
-      atom_t(0, is_set, 3, 14, 84, 83, 0.0_dp), &
+      atom_t(0, is_set, 3, 16, 84, 83, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 84, 84, 0.0_dp), &
-      atom_t(0, is_set, 3, 15, 85, 84, 0.0_dp), &
+      atom_t(0, is_set, 3, 17, 85, 84, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 85, 85, 0.0_dp), &
-      atom_t(0, is_set, 3, 16, 86, 85, 0.0_dp), &
+      atom_t(0, is_set, 3, 18, 86, 85, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 86, 86, 0.0_dp), &
-      atom_t(0, is_set, 3, 17, 87, 86, 0.0_dp), &
+      atom_t(0, is_set, 3, 19, 87, 86, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 87, 87, 0.0_dp), &
-      atom_t(0, is_set, 3, 18, 88, 87, 0.0_dp), &
+      atom_t(0, is_set, 3, 20, 88, 87, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 88, 88, 0.0_dp), &
-      atom_t(0, is_set, 3, 19, 89, 88, 0.0_dp), &
+      atom_t(0, is_set, 3, 21, 89, 88, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 89, 89, 0.0_dp), &
-      atom_t(0, is_set, 3, 20, 90, 89, 0.0_dp), &
+      atom_t(0, is_set, 3, 22, 90, 89, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 90, 90, 0.0_dp), &
-      atom_t(0, is_set, 3, 21, 91, 90, 0.0_dp), &
+      atom_t(0, is_set, 3, 23, 91, 90, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 91, 91, 0.0_dp), &
-      atom_t(0, is_set, 3, 22, 92, 91, 0.0_dp), &
+      atom_t(0, is_set, 3, 24, 92, 91, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 92, 92, 0.0_dp), &
-      atom_t(0, is_set, 3, 23, 93, 92, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 93, 93, 0.0_dp), &
-      atom_t(0, is_set, 3, 24, 94, 93, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 94, 94, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 95, 95, 0.0_dp), &
-      atom_t(1, is_set, 3, 15, 96, 95, 0.0_dp), &
-      atom_t(1, is_set, 3, 16, 96, 95, 0.0_dp), &
-      atom_t(1, is_set, 3, 18, 96, 95, 0.0_dp), &
-      atom_t(1, is_set, 3, 21, 96, 95, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 96, 96, 0.0_dp), &
-      atom_t(0, is_one_of, 1, 2, 97, 98, 0.0_dp), &
-      atom_t(1, is_set, 3, 17, 99, 98, 0.0_dp), &
-      atom_t(1, is_set, 3, 22, 99, 98, 0.0_dp), &
-      atom_t(1, is_set, 3, 23, 99, 98, 0.0_dp), &
-      atom_t(0, is_set, 3, 3, 99, 98, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 99, 99, 0.0_dp), &
-      atom_t(0, is_set, 3, 4, 100, 99, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 100, 100, 0.0_dp), &
-      atom_t(0, is_set, 3, 17, 101, 100, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 93, 93, 0.0_dp), &
+      atom_t(1, is_set, 3, 15, 94, 93, 0.0_dp), &
+      atom_t(1, is_set, 3, 16, 94, 93, 0.0_dp), &
+      atom_t(1, is_set, 3, 18, 94, 93, 0.0_dp), &
+      atom_t(1, is_set, 3, 21, 94, 93, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 94, 94, 0.0_dp), &
+      atom_t(0, is_one_of, 1, 2, 95, 96, 0.0_dp), &
+      atom_t(1, is_set, 3, 17, 97, 96, 0.0_dp), &
+      atom_t(1, is_set, 3, 22, 97, 96, 0.0_dp), &
+      atom_t(1, is_set, 3, 23, 97, 96, 0.0_dp), &
+      atom_t(0, is_set, 3, 3, 97, 96, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 97, 97, 0.0_dp), &
+      atom_t(0, is_set, 3, 4, 98, 97, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 98, 98, 0.0_dp), &
+      atom_t(0, is_set, 3, 17, 99, 98, 0.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 99, 99, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 100, 99, 0.0_dp, a_plane), &
+      atom_t(0, is_set, 3, 22, 100, 99, 0.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 100, 100, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 101, 100, 0.0_dp, a_plane), &
+      atom_t(0, is_set, 3, 23, 101, 100, 0.0_dp), &
       atom_t(1, is_one_of, 1, 2, 101, 101, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 102, 101, 0.0_dp, a_plane), &
-      atom_t(0, is_set, 3, 22, 102, 101, 0.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 102, 102, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 103, 102, 0.0_dp, a_plane), &
-      atom_t(0, is_set, 3, 23, 103, 102, 0.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 103, 103, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 104, 103, 0.0_dp, a_plane), &
+      atom_t(0, is_one_of, 3, 2, 102, 102, 0.0_dp), &
+      atom_t(1, is_above, 3, 7, 103, 102, 0.0_dp), &
+      atom_t(0, is_set, 3, 9, 103, 102, 0.0_dp), &
+      atom_t(1, is_set, 3, 10, 103, 102, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 103, 103, 0.0_dp), &
+      atom_t(1, is_set, 3, 12, 104, 103, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 104, 104, 0.0_dp), &
-      atom_t(1, is_above, 3, 7, 105, 104, 0.0_dp), &
-      atom_t(0, is_set, 3, 9, 105, 104, 0.0_dp), &
-      atom_t(1, is_set, 3, 10, 105, 104, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 105, 105, 0.0_dp), &
-      atom_t(1, is_set, 3, 12, 106, 105, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 106, 106, 0.0_dp), &
-      atom_t(1, is_set, 3, 13, 107, 106, 0.0_dp), &
-      atom_t(1, is_set, 3, 14, 107, 106, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 107, 107, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 108, 109, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 110, 110, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 111, 111, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 112, 112, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 113, 113, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 114, 114, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 115, 115, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 116, 115, 2.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 116, 116, 0.0_dp), &
-      atom_t(1, is_above, 3, 4, 117, 116, 0.4899_dp), &
-      atom_t(1, is_none_of, 1, 2, 117, 117, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 118, 117, 1.0_dp), &
+      atom_t(1, is_set, 3, 13, 105, 104, 0.0_dp), &
+      atom_t(1, is_set, 3, 14, 105, 104, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 105, 105, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 106, 107, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 108, 108, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 109, 109, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 110, 110, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 111, 111, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 112, 112, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 113, 113, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 114, 113, 2.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 114, 114, 0.0_dp), &
+      atom_t(1, is_above, 3, 4, 115, 114, 0.4899_dp), &
+      atom_t(1, is_none_of, 1, 2, 115, 115, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 116, 115, 1.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 116, 116, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 117, 117, 0.0_dp), &
+      atom_t(1, is_above, 3, 4, 118, 117, 0.4899_dp), &
+      atom_t(1, is_named, 0, 0, 118, 117, 0.0_dp, a_solid), &
       atom_t(1, is_one_of, 3, 6, 118, 118, 0.0_dp), &
       atom_t(0, is_one_of, 3, 6, 119, 119, 0.0_dp), &
-      atom_t(1, is_above, 3, 4, 120, 119, 0.4899_dp), &
-      atom_t(1, is_named, 0, 0, 120, 119, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 3, 6, 120, 120, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 121, 121, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 122, 122, 0.0_dp), &
-      atom_t(1, is_none_of, 1, 2, 123, 123, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 124, 123, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 124, 124, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 125, 125, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 126, 126, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 127, 126, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 3, 6, 127, 127, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 120, 120, 0.0_dp), &
+      atom_t(1, is_none_of, 1, 2, 121, 121, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 122, 121, 1.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 122, 122, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 123, 123, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 124, 124, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 125, 124, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 3, 6, 125, 125, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 126, 126, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 127, 127, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 128, 128, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 129, 129, 0.0_dp)]
+      atom_t(1, is_one_of, 13, 2, 129, 129, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 130, 130, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_3(*) = [ &
-      atom_t(0, is_one_of, 3, 2, 130, 130, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 131, 131, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 132, 132, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 133, 133, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 134, 136, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 137, 137, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 138, 138, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 139, 140, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 141, 141, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 131, 131, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 132, 134, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 135, 135, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 136, 136, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 137, 138, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 139, 139, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 140, 140, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 141, 141, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 142, 142, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 143, 143, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 144, 144, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 145, 147, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 148, 148, 0.0_dp), &
-      atom_t(0, is_present, 3, 0, 149, 148, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 149, 148, 0.0_dp, a_body_of_it), &
-      atom_t(0, is_present, 4, 0, 149, 148, 0.0_dp), &
-      atom_t(1, is_set, 4, 1, 149, 148, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 8, 149, 148, 1.0_dp), &
-      atom_t(0, is_set, 4, 1, 149, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
-      atom_t(0, is_set, 4, 10, 149, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
-      atom_t(0, is_set, 4, 11, 149, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
-      atom_t(0, is_set, 4, 12, 149, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
-      atom_t(0, is_set, 4, 20, 149, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
-      atom_t(0, is_set, 4, 14, 149, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
-      atom_t(0, is_set, 4, 16, 149, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
-      atom_t(0, is_set, 4, 15, 149, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
-      atom_t(0, is_set, 4, 17, 149, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
-      atom_t(0, is_set, 4, 18, 149, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
-      atom_t(0, is_set, 4, 19, 149, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
-      atom_t(0, is_set, 4, 9, 149, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 143, 145, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 146, 146, 0.0_dp), &
+      atom_t(0, is_present, 3, 0, 147, 146, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 147, 146, 0.0_dp, a_body_of_it), &
+      atom_t(0, is_present, 4, 0, 147, 146, 0.0_dp), &
+      atom_t(1, is_set, 4, 1, 147, 146, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_set, 4, 1, 147, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_set, 4, 10, 147, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_set, 4, 11, 147, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_set, 4, 12, 147, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_set, 4, 20, 147, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_set, 4, 14, 147, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_set, 4, 16, 147, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_set, 4, 15, 147, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_set, 4, 17, 147, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_set, 4, 18, 147, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_set, 4, 19, 147, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_set, 4, 9, 147, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 147, 147, 0.0_dp), &
+      atom_t(1, is_set, 4, 3, 148, 147, 0.0_dp), &
+      atom_t(1, is_set, 4, 4, 148, 147, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 148, 148, 0.0_dp), &
+      atom_t(1, is_set, 4, 5, 149, 148, 0.0_dp), &
       atom_t(0, is_one_of, 4, 2, 149, 149, 0.0_dp), &
-      atom_t(1, is_set, 4, 3, 150, 149, 0.0_dp), &
-      atom_t(1, is_set, 4, 4, 150, 149, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 150, 150, 0.0_dp), &
-      atom_t(1, is_set, 4, 5, 151, 150, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 151, 151, 0.0_dp), &
-      atom_t(1, is_set, 4, 6, 152, 151, 0.0_dp), &
-      atom_t(1, is_above, 4, 7, 152, 151, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 152, 153, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 154, 153, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 4, 2, 154, 154, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 155, 155, 0.0_dp), &
-      atom_t(1, is_set, 4, 3, 156, 155, 0.0_dp), &
-      atom_t(1, is_set, 4, 4, 156, 155, 0.0_dp), &
-      atom_t(1, is_above, 4, 7, 156, 155, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 156, 156, 0.0_dp), &
-      atom_t(1, is_set, 4, 6, 157, 156, 0.0_dp), &
-      atom_t(1, is_above, 4, 7, 157, 156, 0.0_dp), &
-      atom_t(0, is_set, 4, 3, 157, 156, 0.0_dp), &
+      atom_t(1, is_set, 4, 6, 150, 149, 0.0_dp), &
+      atom_t(1, is_above, 4, 7, 150, 149, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 150, 151, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 152, 151, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 4, 2, 152, 152, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 153, 153, 0.0_dp), &
+      atom_t(1, is_set, 4, 3, 154, 153, 0.0_dp), &
+      atom_t(1, is_set, 4, 4, 154, 153, 0.0_dp), &
+      atom_t(1, is_above, 4, 7, 154, 153, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 154, 154, 0.0_dp), &
+      atom_t(1, is_set, 4, 6, 155, 154, 0.0_dp), &
+      atom_t(1, is_above, 4, 7, 155, 154, 0.0_dp), &
+      atom_t(0, is_set, 4, 3, 155, 154, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 155, 155, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 156, 156, 0.0_dp), &
+      atom_t(0, is_set, 4, 4, 157, 156, 0.0_dp), &
       atom_t(1, is_one_of, 4, 2, 157, 157, 0.0_dp), &
       atom_t(2, is_one_of, 4, 2, 158, 158, 0.0_dp), &
-      atom_t(0, is_set, 4, 4, 159, 158, 0.0_dp), &
+      atom_t(0, is_set, 4, 5, 159, 158, 0.0_dp), &
       atom_t(1, is_one_of, 4, 2, 159, 159, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 160, 160, 0.0_dp), &
-      atom_t(0, is_set, 4, 5, 161, 160, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 2, 161, 161, 0.0_dp), &
-      atom_t(0, is_set, 4, 6, 162, 161, 0.0_dp), &
+      atom_t(0, is_set, 4, 6, 160, 159, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 160, 160, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 161, 161, 0.0_dp), &
+      atom_t(0, is_set, 4, 7, 162, 161, 0.0_dp), &
       atom_t(1, is_one_of, 4, 2, 162, 162, 0.0_dp), &
       atom_t(2, is_one_of, 4, 2, 163, 163, 0.0_dp), &
-      atom_t(0, is_set, 4, 7, 164, 163, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 2, 164, 164, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 165, 165, 0.0_dp), &
-      atom_t(3, is_one_of, 4, 2, 166, 166, 0.0_dp), &
-      atom_t(0, is_set, 4, 20, 167, 166, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 167, 169, 0.0_dp), &
-      atom_t(0, is_set, 4, 20, 170, 169, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 170, 169, 0.0_dp, another_body_of_that_group), &
-      atom_t(0, is_below, 4, 9, 170, 169, 3.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 170, 169, 2.0_dp), &
-      atom_t(1, is_one_of, 4, 9, 170, 169, 3.0_dp), &
-      atom_t(0, is_set, 4, 10, 170, 169, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 170, 170, 0.0_dp), &
-      atom_t(0, is_set, 4, 11, 171, 170, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 171, 171, 0.0_dp), &
-      atom_t(0, is_set, 4, 11, 172, 171, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 172, 172, 0.0_dp), &
-      atom_t(0, is_set, 4, 12, 173, 172, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 173, 172, 0.0_dp, a_shear_of_the_eigenstrain), &
-      atom_t(1, is_one_of, 11, 1, 173, 173, 0.0_dp), &
-      atom_t(0, is_set, 4, 12, 174, 173, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 174, 174, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 13, 175, 174, 0.0_dp), &
-      atom_t(1, is_set, 4, 12, 175, 174, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 13, 175, 174, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 175, 175, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 13, 176, 175, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 176, 175, 0.0_dp), &
-      atom_t(0, is_set, 4, 17, 176, 175, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 176, 175, 0.0_dp), &
-      atom_t(0, is_set, 4, 18, 176, 175, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 176, 175, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 176, 175, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 176, 175, 0.0_dp), &
+      atom_t(3, is_one_of, 4, 2, 164, 164, 0.0_dp), &
+      atom_t(0, is_set, 4, 20, 165, 164, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 165, 167, 0.0_dp), &
+      atom_t(0, is_set, 4, 20, 168, 167, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 168, 167, 0.0_dp, another_body_of_that_group), &
+      atom_t(0, is_below, 4, 9, 168, 167, 3.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 168, 167, 2.0_dp), &
+      atom_t(1, is_one_of, 4, 9, 168, 167, 3.0_dp), &
+      atom_t(0, is_set, 4, 10, 168, 167, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 168, 168, 0.0_dp), &
+      atom_t(0, is_set, 4, 11, 169, 168, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 169, 169, 0.0_dp), &
+      atom_t(0, is_set, 4, 11, 170, 169, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 4, 170, 170, 0.0_dp), &
+      atom_t(0, is_set, 4, 12, 171, 170, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 171, 170, 0.0_dp, a_shear_of_the_eigenstrain), &
+      atom_t(1, is_one_of, 11, 1, 171, 171, 0.0_dp), &
+      atom_t(0, is_set, 4, 12, 172, 171, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 172, 172, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 13, 173, 172, 0.0_dp), &
+      atom_t(1, is_set, 4, 12, 173, 172, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 13, 173, 172, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 173, 173, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 13, 174, 173, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 174, 173, 0.0_dp), &
+      atom_t(0, is_set, 4, 17, 174, 173, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 174, 173, 0.0_dp), &
+      atom_t(0, is_set, 4, 18, 174, 173, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 174, 173, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 174, 173, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 174, 173, 0.0_dp), &
+      atom_t(0, is_set, 4, 16, 174, 173, 0.0_dp), &
+      atom_t(1, is_set, 4, 17, 174, 173, 0.0_dp), &
+      atom_t(2, is_set, 4, 18, 174, 173, 0.0_dp), &
+      atom_t(3, is_set, 4, 19, 174, 173, 0.0_dp), &
+      atom_t(0, is_set, 4, 15, 174, 173, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 174, 173, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 174, 173, 0.0_dp), &
+      atom_t(1, is_set, 4, 12, 174, 173, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 174, 173, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 174, 174, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 175, 174, 0.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 175, 175, 0.0_dp), &
       atom_t(0, is_set, 4, 16, 176, 175, 0.0_dp), &
-      atom_t(1, is_set, 4, 17, 176, 175, 0.0_dp), &
-      atom_t(2, is_set, 4, 18, 176, 175, 0.0_dp), &
-      atom_t(3, is_set, 4, 19, 176, 175, 0.0_dp), &
-      atom_t(0, is_set, 4, 15, 176, 175, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 176, 175, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 176, 175, 0.0_dp), &
-      atom_t(1, is_set, 4, 12, 176, 175, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 176, 175, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 176, 176, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 177, 176, 0.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 177, 177, 0.0_dp), &
-      atom_t(0, is_set, 4, 16, 178, 177, 0.0_dp), &
-      atom_t(1, is_set, 17, 5, 178, 177, 0.0_dp)]
+      atom_t(1, is_set, 17, 5, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 16, 176, 175, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 176, 176, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 177, 176, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_4(*) = [ &
-      atom_t(0, is_set, 4, 16, 178, 177, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 178, 178, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 179, 178, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 13, 179, 178, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 13, 179, 178, 1.0_dp), &
-      atom_t(0, is_set, 4, 12, 179, 178, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 179, 178, 0.0_dp, a_fourth_value_of_the_eigenstrain), &
-      atom_t(1, is_one_of, 1, 2, 179, 179, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 180, 179, 0.0_dp, a_plane), &
-      atom_t(0, is_set, 5, 8, 180, 179, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 6, 180, 181, 0.0_dp), &
-      atom_t(0, is_set, 5, 9, 182, 181, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 13, 177, 176, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 13, 177, 176, 1.0_dp), &
+      atom_t(0, is_set, 4, 12, 177, 176, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 177, 176, 0.0_dp, a_fourth_value_of_the_eigenstrain), &
+      atom_t(1, is_one_of, 1, 2, 177, 177, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 178, 177, 0.0_dp, a_plane), &
+      atom_t(0, is_set, 5, 8, 178, 177, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 6, 178, 179, 0.0_dp), &
+      atom_t(0, is_set, 5, 9, 180, 179, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 6, 180, 180, 0.0_dp), &
+      atom_t(0, is_set, 5, 10, 181, 180, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 6, 181, 181, 0.0_dp), &
+      atom_t(0, is_set, 5, 11, 182, 181, 0.0_dp), &
       atom_t(1, is_one_of, 5, 6, 182, 182, 0.0_dp), &
-      atom_t(0, is_set, 5, 10, 183, 182, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 6, 183, 183, 0.0_dp), &
-      atom_t(0, is_set, 5, 11, 184, 183, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 6, 184, 184, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 185, 186, 0.0_dp), &
-      atom_t(1, is_above, 5, 8, 187, 186, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 187, 187, 0.0_dp), &
-      atom_t(1, is_above, 5, 9, 188, 187, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 188, 188, 0.0_dp), &
-      atom_t(1, is_set, 5, 10, 189, 188, 0.0_dp), &
-      atom_t(1, is_set, 5, 11, 189, 188, 0.0_dp), &
-      atom_t(0, is_set, 6, 13, 189, 188, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 189, 190, 0.0_dp), &
-      atom_t(0, is_set, 6, 14, 191, 190, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 183, 184, 0.0_dp), &
+      atom_t(1, is_above, 5, 8, 185, 184, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 185, 185, 0.0_dp), &
+      atom_t(1, is_above, 5, 9, 186, 185, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 186, 186, 0.0_dp), &
+      atom_t(1, is_set, 5, 10, 187, 186, 0.0_dp), &
+      atom_t(1, is_set, 5, 11, 187, 186, 0.0_dp), &
+      atom_t(0, is_set, 6, 13, 187, 186, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 187, 188, 0.0_dp), &
+      atom_t(0, is_set, 6, 14, 189, 188, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 189, 189, 0.0_dp), &
+      atom_t(0, is_set, 6, 15, 190, 189, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 190, 190, 0.0_dp), &
+      atom_t(0, is_set, 6, 16, 191, 190, 0.0_dp), &
       atom_t(1, is_one_of, 6, 11, 191, 191, 0.0_dp), &
-      atom_t(0, is_set, 6, 15, 192, 191, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 192, 192, 0.0_dp), &
-      atom_t(0, is_set, 6, 16, 193, 192, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 193, 193, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 194, 195, 0.0_dp), &
-      atom_t(1, is_above, 6, 13, 196, 195, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 196, 196, 0.0_dp), &
-      atom_t(1, is_above, 6, 14, 197, 196, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 197, 197, 0.0_dp), &
-      atom_t(1, is_set, 6, 15, 198, 197, 0.0_dp), &
-      atom_t(1, is_set, 6, 16, 198, 197, 0.0_dp), &
-      atom_t(0, is_set, 15, 6, 198, 197, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 4, 198, 199, 0.0_dp), &
-      atom_t(0, is_set, 15, 7, 200, 199, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 192, 193, 0.0_dp), &
+      atom_t(1, is_above, 6, 13, 194, 193, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 194, 194, 0.0_dp), &
+      atom_t(1, is_above, 6, 14, 195, 194, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 195, 195, 0.0_dp), &
+      atom_t(1, is_set, 6, 15, 196, 195, 0.0_dp), &
+      atom_t(1, is_set, 6, 16, 196, 195, 0.0_dp), &
+      atom_t(0, is_set, 15, 6, 196, 195, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 4, 196, 197, 0.0_dp), &
+      atom_t(0, is_set, 15, 7, 198, 197, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 4, 198, 198, 0.0_dp), &
+      atom_t(0, is_set, 15, 8, 199, 198, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 4, 199, 199, 0.0_dp), &
+      atom_t(0, is_set, 15, 9, 200, 199, 0.0_dp), &
       atom_t(1, is_one_of, 15, 4, 200, 200, 0.0_dp), &
-      atom_t(0, is_set, 15, 8, 201, 200, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 4, 201, 201, 0.0_dp), &
-      atom_t(0, is_set, 15, 9, 202, 201, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 4, 202, 202, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 4, 203, 204, 0.0_dp), &
-      atom_t(1, is_above, 15, 6, 205, 204, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 4, 205, 205, 0.0_dp), &
-      atom_t(1, is_above, 15, 7, 206, 205, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 4, 206, 206, 0.0_dp), &
-      atom_t(1, is_set, 15, 8, 207, 206, 0.0_dp), &
-      atom_t(1, is_set, 15, 9, 207, 206, 0.0_dp), &
-      atom_t(0, is_set, 5, 6, 207, 206, 0.0_dp), &
-      atom_t(1, is_set, 5, 4, 207, 206, 0.0_dp), &
-      atom_t(2, is_set, 5, 5, 207, 206, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 207, 206, 0.0_dp), &
-      atom_t(1, is_set, 5, 4, 207, 206, 0.0_dp), &
-      atom_t(2, is_set, 5, 5, 207, 206, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 207, 206, 0.0_dp), &
-      atom_t(1, is_set, 5, 4, 207, 206, 0.0_dp), &
-      atom_t(2, is_set, 5, 5, 207, 206, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 207, 206, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 207, 207, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 208, 209, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 210, 210, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 211, 210, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 211, 211, 0.0_dp), &
-      atom_t(0, is_above, 5, 7, 212, 211, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 212, 213, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 214, 214, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 215, 214, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 215, 215, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 216, 216, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 217, 217, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 218, 217, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 218, 218, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 219, 219, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 220, 220, 0.0_dp), &
-      atom_t(0, is_set, 5, 15, 221, 220, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 221, 221, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 222, 222, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 223, 223, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 14, 224, 223, 1.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 224, 224, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 225, 225, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 226, 225, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 226, 225, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 226, 225, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 226, 225, 1.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 226, 226, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 227, 226, 1.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 227, 229, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 230, 229, 1.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 230, 230, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 231, 232, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 233, 232, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 233, 232, 0.0_dp), &
-      atom_t(1, is_set, 6, 5, 233, 232, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 233, 233, 0.0_dp), &
-      atom_t(1, is_set, 6, 5, 234, 233, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 4, 201, 202, 0.0_dp), &
+      atom_t(1, is_above, 15, 6, 203, 202, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 4, 203, 203, 0.0_dp), &
+      atom_t(1, is_above, 15, 7, 204, 203, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 4, 204, 204, 0.0_dp), &
+      atom_t(1, is_set, 15, 8, 205, 204, 0.0_dp), &
+      atom_t(1, is_set, 15, 9, 205, 204, 0.0_dp), &
+      atom_t(0, is_set, 5, 6, 205, 204, 0.0_dp), &
+      atom_t(1, is_set, 5, 4, 205, 204, 0.0_dp), &
+      atom_t(2, is_set, 5, 5, 205, 204, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 205, 204, 0.0_dp), &
+      atom_t(1, is_set, 5, 4, 205, 204, 0.0_dp), &
+      atom_t(2, is_set, 5, 5, 205, 204, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 205, 204, 0.0_dp), &
+      atom_t(1, is_set, 5, 4, 205, 204, 0.0_dp), &
+      atom_t(2, is_set, 5, 5, 205, 204, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 205, 204, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 205, 205, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 206, 207, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 4, 208, 208, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 209, 208, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 209, 209, 0.0_dp), &
+      atom_t(0, is_above, 5, 7, 210, 209, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 210, 211, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 4, 212, 212, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 14, 213, 212, 1.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 213, 213, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 214, 214, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 215, 214, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 215, 214, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 215, 214, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 215, 214, 1.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 215, 215, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 216, 215, 1.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 216, 218, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 219, 218, 1.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 219, 219, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 220, 221, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 222, 221, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 222, 221, 0.0_dp), &
+      atom_t(1, is_set, 6, 5, 222, 221, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 222, 222, 0.0_dp), &
+      atom_t(1, is_set, 6, 5, 223, 222, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 223, 223, 0.0_dp), &
+      atom_t(1, is_set, 6, 6, 224, 223, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 224, 225, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 226, 225, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 226, 225, 0.0_dp), &
+      atom_t(2, is_set, 6, 4, 226, 225, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 226, 226, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 227, 227, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 228, 227, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 228, 227, 0.0_dp), &
+      atom_t(2, is_set, 6, 4, 228, 227, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 228, 227, 0.0_dp), &
+      atom_t(0, is_set, 6, 2, 228, 227, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 228, 227, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 228, 227, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 228, 227, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 228, 227, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 228, 227, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 228, 230, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 231, 230, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 231, 231, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 232, 231, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 232, 233, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 234, 233, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 234, 233, 0.0_dp, a_solid), &
       atom_t(0, is_one_of, 6, 1, 234, 234, 0.0_dp), &
-      atom_t(1, is_set, 6, 6, 235, 234, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 235, 236, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 237, 236, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 237, 236, 0.0_dp), &
-      atom_t(2, is_set, 6, 4, 237, 236, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 237, 237, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 238, 238, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 239, 238, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 239, 238, 0.0_dp), &
-      atom_t(2, is_set, 6, 4, 239, 238, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 239, 238, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 239, 238, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 239, 238, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 239, 238, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 239, 238, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 239, 238, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 239, 238, 0.0_dp)]
+      atom_t(1, is_set, 6, 9, 235, 234, 0.0_dp), &
+      atom_t(0, is_set, 6, 2, 235, 234, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 235, 235, 0.0_dp), &
+      atom_t(0, is_set, 6, 2, 236, 235, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 236, 236, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 237, 237, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 238, 237, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_5(*) = [ &
-      atom_t(1, is_one_of, 6, 1, 239, 241, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 242, 241, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 242, 242, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 243, 242, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 243, 244, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 245, 244, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 245, 244, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 6, 1, 245, 245, 0.0_dp), &
-      atom_t(1, is_set, 6, 9, 246, 245, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 246, 245, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 246, 246, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 247, 246, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 247, 247, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 248, 248, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 249, 248, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 249, 249, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 250, 249, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 250, 250, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 251, 251, 0.0_dp), &
-      atom_t(0, is_set, 6, 5, 252, 251, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 252, 254, 0.0_dp), &
-      atom_t(0, is_set, 6, 11, 255, 254, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 238, 238, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 239, 238, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 239, 239, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 240, 240, 0.0_dp), &
+      atom_t(0, is_set, 6, 5, 241, 240, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 241, 243, 0.0_dp), &
+      atom_t(0, is_set, 6, 11, 244, 243, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 244, 244, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 245, 244, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 245, 245, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 246, 246, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 247, 247, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 248, 248, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 249, 249, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 250, 250, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 251, 251, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 252, 251, 2.0_dp), &
+      atom_t(1, is_named, 0, 0, 252, 251, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 2, 4, 252, 251, 1.0_dp), &
+      atom_t(0, is_set, 6, 6, 252, 251, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 252, 252, 0.0_dp), &
+      atom_t(0, is_set, 6, 9, 253, 252, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 253, 253, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 254, 254, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 255, 255, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 256, 255, 0.0_dp), &
+      atom_t(0, is_set, 6, 8, 256, 255, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 256, 256, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 257, 257, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 258, 258, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 259, 259, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 260, 260, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 261, 261, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 262, 262, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 263, 263, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 264, 264, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 265, 265, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 266, 265, 2.0_dp), &
-      atom_t(1, is_named, 0, 0, 266, 265, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 2, 4, 266, 265, 1.0_dp), &
-      atom_t(0, is_set, 6, 6, 266, 265, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 266, 266, 0.0_dp), &
-      atom_t(0, is_set, 6, 9, 267, 266, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 267, 267, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 257, 257, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 10, 258, 259, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 260, 262, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 263, 263, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 264, 263, 0.0_dp), &
+      atom_t(0, is_set, 6, 8, 264, 263, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 264, 266, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 267, 267, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 268, 267, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 6, 8, 268, 267, 0.0_dp), &
       atom_t(0, is_one_of, 6, 7, 268, 268, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 269, 269, 0.0_dp), &
-      atom_t(0, is_set, 6, 8, 270, 269, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 270, 270, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 271, 271, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 10, 272, 273, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 274, 276, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 277, 277, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 278, 277, 0.0_dp), &
-      atom_t(0, is_set, 6, 8, 278, 277, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 278, 280, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 281, 281, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 282, 281, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 6, 8, 282, 281, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 282, 282, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 283, 282, 0.0_dp, a_pressed_path_that_grows_in_motion), &
-      atom_t(0, is_below, 6, 12, 283, 282, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 283, 283, 0.0_dp), &
-      atom_t(0, is_one_of, 8, 1, 284, 284, 0.0_dp), &
-      atom_t(1, is_above, 8, 2, 285, 284, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 285, 285, 0.0_dp), &
-      atom_t(0, is_set, 8, 2, 286, 285, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 286, 286, 0.0_dp), &
-      atom_t(0, is_set, 8, 3, 287, 286, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 287, 289, 0.0_dp), &
-      atom_t(0, is_one_of, 8, 1, 290, 292, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 293, 292, 2.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 293, 292, 1.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 293, 294, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 295, 297, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 298, 298, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 299, 299, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 300, 302, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 303, 303, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 304, 304, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 305, 305, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 306, 306, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 307, 307, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 308, 308, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 269, 268, 0.0_dp, a_pressed_path_that_grows_in_motion), &
+      atom_t(0, is_below, 6, 12, 269, 268, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 269, 269, 0.0_dp), &
+      atom_t(0, is_one_of, 8, 1, 270, 270, 0.0_dp), &
+      atom_t(1, is_above, 8, 2, 271, 270, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 271, 271, 0.0_dp), &
+      atom_t(0, is_set, 8, 2, 272, 271, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 272, 272, 0.0_dp), &
+      atom_t(0, is_set, 8, 3, 273, 272, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 273, 275, 0.0_dp), &
+      atom_t(0, is_one_of, 8, 1, 276, 278, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 279, 278, 2.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 279, 278, 1.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 279, 280, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 281, 283, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 284, 284, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 285, 285, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 286, 288, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 289, 289, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 290, 290, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 291, 291, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 292, 292, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 293, 293, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 294, 294, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 295, 295, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 296, 296, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 297, 296, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 297, 297, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 298, 298, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 299, 299, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 300, 300, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 301, 301, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 302, 302, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 303, 303, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 304, 304, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 305, 306, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 307, 307, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 308, 308, 0.0_dp), &
       atom_t(1, is_one_of, 9, 11, 309, 309, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 310, 310, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 311, 310, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 311, 311, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 312, 312, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 313, 313, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 314, 314, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 315, 315, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 316, 316, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 317, 317, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 318, 318, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 319, 319, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 320, 320, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 6, 321, 321, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 322, 322, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 323, 323, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 324, 324, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 325, 325, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 326, 326, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 327, 327, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 328, 328, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 329, 329, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 330, 330, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 331, 330, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 331, 332, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 333, 333, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 334, 334, 0.0_dp), &
-      atom_t(1, is_none_of, 3, 2, 335, 336, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 337, 337, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 338, 338, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 339, 339, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 340, 340, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 341, 341, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 342, 342, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 343, 343, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 344, 344, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 345, 344, 0.0_dp, cracks_that_cut_cells), &
-      atom_t(1, is_one_of, 9, 10, 345, 345, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 346, 346, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 347, 348, 0.0_dp)]
+      atom_t(1, is_one_of, 9, 11, 310, 310, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 311, 311, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 312, 315, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 316, 316, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 317, 317, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 318, 318, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 319, 319, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 320, 319, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 320, 320, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 321, 321, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 322, 321, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 322, 322, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 323, 323, 0.0_dp), &
+      atom_t(0, is_set, 5, 15, 324, 323, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 324, 324, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 325, 325, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 326, 326, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 327, 329, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 330, 330, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 331, 331, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 332, 333, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 334, 334, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 335, 335, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 336, 335, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 336, 336, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 2, 337, 336, 1.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 337, 337, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 338, 338, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 339, 339, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 340, 343, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 344, 343, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 344, 345, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 346, 345, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 12, 346, 346, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 18, 347, 347, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 348, 347, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(1, is_named, 0, 0, 348, 347, 0.0_dp, quadratic_cells_at_an_axis), &
+      atom_t(1, is_one_of, 9, 18, 348, 348, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 18, 349, 349, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 350, 349, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 350, 351, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 352, 351, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 18, 352, 352, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_6(*) = [ &
-      atom_t(1, is_one_of, 9, 10, 349, 349, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 350, 350, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 351, 350, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 351, 351, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 352, 352, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 353, 353, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 354, 354, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 355, 355, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 356, 356, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 2, 357, 356, 1.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 357, 357, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 358, 358, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 359, 360, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 361, 361, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 362, 362, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 363, 363, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 364, 364, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 365, 365, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 366, 366, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 367, 367, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 368, 368, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 369, 372, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 373, 373, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 374, 374, 0.0_dp), &
+      atom_t(0, is_set, 9, 2, 353, 352, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 353, 353, 0.0_dp), &
+      atom_t(0, is_set, 9, 3, 354, 353, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 354, 354, 0.0_dp), &
+      atom_t(0, is_above, 9, 2, 355, 354, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 355, 355, 0.0_dp), &
+      atom_t(1, is_above, 9, 7, 356, 355, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 15, 356, 356, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 357, 357, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 358, 358, 0.0_dp), &
+      atom_t(0, is_above, 9, 7, 359, 358, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 359, 359, 0.0_dp), &
+      atom_t(0, is_set, 9, 6, 360, 359, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 360, 361, 0.0_dp), &
+      atom_t(0, is_set, 9, 12, 362, 361, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 362, 361, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 9, 362, 361, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 362, 362, 0.0_dp), &
+      atom_t(0, is_set, 9, 9, 363, 362, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 363, 364, 0.0_dp), &
+      atom_t(1, is_set, 9, 7, 365, 364, 0.0_dp), &
+      atom_t(2, is_one_of, 9, 10, 365, 365, 0.0_dp), &
+      atom_t(0, is_set, 9, 5, 366, 365, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 366, 366, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 4, 367, 367, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 368, 370, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 4, 371, 371, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 4, 372, 372, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 373, 373, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 374, 374, 0.0_dp), &
       atom_t(1, is_one_of, 3, 6, 375, 375, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 376, 376, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 377, 376, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 377, 377, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 378, 378, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 379, 378, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 379, 379, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 380, 380, 0.0_dp), &
-      atom_t(0, is_set, 5, 15, 381, 380, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 381, 381, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 382, 382, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 383, 383, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 384, 386, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 387, 387, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 388, 388, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 389, 390, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 391, 391, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 392, 392, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 393, 392, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 393, 393, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 2, 394, 393, 1.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 394, 394, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 395, 395, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 396, 396, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 397, 400, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 401, 400, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 401, 402, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 403, 402, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 13, 403, 403, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 404, 404, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 405, 404, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(1, is_named, 0, 0, 405, 404, 0.0_dp, quadratic_cells_at_an_axis), &
-      atom_t(1, is_one_of, 9, 19, 405, 405, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 406, 406, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 407, 406, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 407, 408, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 409, 408, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 19, 409, 409, 0.0_dp), &
-      atom_t(0, is_set, 9, 2, 410, 409, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 410, 410, 0.0_dp), &
-      atom_t(0, is_set, 9, 3, 411, 410, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 411, 411, 0.0_dp), &
-      atom_t(0, is_above, 9, 2, 412, 411, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 412, 412, 0.0_dp), &
-      atom_t(1, is_above, 9, 7, 413, 412, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 16, 413, 413, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 414, 414, 0.0_dp), &
+      atom_t(0, is_set, 9, 4, 376, 375, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 376, 376, 0.0_dp), &
+      atom_t(0, is_set, 9, 4, 377, 376, 0.0_dp), &
+      atom_t(1, is_present, 6, 0, 377, 376, 0.0_dp), &
+      atom_t(2, is_set, 5, 4, 377, 376, 0.0_dp), &
+      atom_t(3, is_set, 4, 12, 377, 376, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 377, 377, 0.0_dp), &
+      atom_t(1, is_present, 6, 0, 378, 377, 0.0_dp), &
+      atom_t(2, is_set, 5, 4, 378, 377, 0.0_dp), &
+      atom_t(3, is_set, 5, 5, 378, 377, 0.0_dp), &
+      atom_t(4, is_set, 4, 12, 378, 377, 0.0_dp), &
+      atom_t(0, is_set, 9, 13, 378, 377, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 378, 378, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 379, 378, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 14, 379, 378, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 379, 379, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 380, 379, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 15, 380, 379, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 380, 380, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 381, 380, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 16, 381, 380, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 381, 381, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 382, 381, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 17, 382, 381, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 382, 382, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 383, 382, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 16, 383, 382, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 383, 383, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 15, 384, 384, 0.0_dp), &
+      atom_t(0, is_set, 9, 17, 385, 384, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 385, 385, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 15, 386, 386, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 18, 387, 387, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 388, 388, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 389, 390, 0.0_dp), &
+      atom_t(0, is_set, 7, 1, 391, 390, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 391, 391, 0.0_dp), &
+      atom_t(0, is_set, 19, 2, 392, 391, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 392, 391, 0.0_dp, samples_apart_from_load_steps), &
+      atom_t(0, is_one_of, 9, 6, 392, 392, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 393, 393, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 6, 394, 394, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 6, 395, 395, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 396, 396, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 6, 397, 397, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 398, 398, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 399, 399, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 400, 400, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 401, 401, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 402, 401, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 402, 402, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 403, 405, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 406, 406, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 407, 407, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 408, 407, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 408, 409, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 410, 409, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 10, 1, 410, 410, 0.0_dp), &
+      atom_t(0, is_set, 10, 8, 411, 410, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 411, 411, 0.0_dp), &
+      atom_t(0, is_set, 10, 9, 412, 411, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 412, 412, 0.0_dp), &
+      atom_t(0, is_set, 10, 10, 413, 412, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 413, 413, 0.0_dp), &
+      atom_t(0, is_set, 10, 13, 414, 413, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 414, 414, 0.0_dp), &
+      atom_t(0, is_set, 10, 2, 415, 414, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 415, 415, 0.0_dp), &
-      atom_t(0, is_above, 9, 7, 416, 415, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 416, 416, 0.0_dp), &
-      atom_t(0, is_set, 9, 6, 417, 416, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 417, 418, 0.0_dp), &
-      atom_t(0, is_set, 9, 13, 419, 418, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 419, 418, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 9, 419, 418, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 419, 419, 0.0_dp), &
-      atom_t(0, is_set, 9, 9, 420, 419, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 420, 421, 0.0_dp), &
-      atom_t(1, is_set, 9, 7, 422, 421, 0.0_dp), &
-      atom_t(2, is_one_of, 9, 11, 422, 422, 0.0_dp), &
-      atom_t(0, is_set, 9, 5, 423, 422, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 423, 423, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 4, 424, 424, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 425, 427, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 428, 428, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 4, 429, 429, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 430, 430, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 431, 431, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 432, 432, 0.0_dp), &
-      atom_t(0, is_set, 9, 4, 433, 432, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 433, 433, 0.0_dp), &
-      atom_t(0, is_set, 9, 4, 434, 433, 0.0_dp), &
-      atom_t(1, is_present, 6, 0, 434, 433, 0.0_dp), &
-      atom_t(2, is_set, 5, 4, 434, 433, 0.0_dp), &
-      atom_t(3, is_set, 4, 12, 434, 433, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 434, 434, 0.0_dp), &
-      atom_t(1, is_present, 6, 0, 435, 434, 0.0_dp), &
-      atom_t(2, is_set, 5, 4, 435, 434, 0.0_dp), &
-      atom_t(3, is_set, 5, 5, 435, 434, 0.0_dp), &
-      atom_t(4, is_set, 4, 12, 435, 434, 0.0_dp), &
-      atom_t(0, is_set, 9, 14, 435, 434, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 435, 435, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 436, 435, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 15, 436, 435, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 436, 436, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 437, 436, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 16, 437, 436, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 437, 437, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 438, 437, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 17, 438, 437, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 438, 438, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 439, 438, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 18, 439, 438, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 439, 439, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 440, 439, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 17, 440, 439, 0.0_dp)]
+      atom_t(0, is_set, 10, 3, 416, 415, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 416, 416, 0.0_dp), &
+      atom_t(0, is_set, 10, 4, 417, 416, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 417, 417, 0.0_dp), &
+      atom_t(0, is_set, 10, 5, 418, 417, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 418, 418, 0.0_dp), &
+      atom_t(0, is_set, 10, 6, 419, 418, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 419, 419, 0.0_dp), &
+      atom_t(0, is_set, 10, 7, 420, 419, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 420, 420, 0.0_dp), &
+      atom_t(0, is_set, 10, 11, 421, 420, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 421, 421, 0.0_dp), &
+      atom_t(0, is_set, 10, 11, 422, 421, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 422, 422, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 423, 423, 0.0_dp), &
+      atom_t(0, is_set, 10, 12, 424, 423, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 424, 424, 0.0_dp), &
+      atom_t(0, is_set, 10, 12, 425, 424, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 425, 425, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 426, 426, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 427, 429, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_7(*) = [ &
-      atom_t(1, is_one_of, 9, 13, 440, 440, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 16, 441, 441, 0.0_dp), &
-      atom_t(0, is_set, 9, 18, 442, 441, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 442, 442, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 16, 443, 443, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 444, 444, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 445, 445, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 446, 447, 0.0_dp), &
-      atom_t(0, is_set, 7, 1, 448, 447, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 448, 448, 0.0_dp), &
-      atom_t(0, is_set, 19, 2, 449, 448, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 449, 448, 0.0_dp, samples_apart_from_load_steps), &
-      atom_t(0, is_one_of, 9, 6, 449, 449, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 450, 450, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 6, 451, 451, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 6, 452, 452, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 453, 453, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 6, 454, 454, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 455, 455, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 456, 456, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 457, 457, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 458, 458, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 459, 458, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 459, 459, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 460, 462, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 463, 463, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 464, 464, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 465, 464, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 465, 466, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 467, 466, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 10, 1, 467, 467, 0.0_dp), &
-      atom_t(0, is_set, 10, 8, 468, 467, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 468, 468, 0.0_dp), &
-      atom_t(0, is_set, 10, 9, 469, 468, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 469, 469, 0.0_dp), &
-      atom_t(0, is_set, 10, 10, 470, 469, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 470, 470, 0.0_dp), &
-      atom_t(0, is_set, 10, 13, 471, 470, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 471, 471, 0.0_dp), &
-      atom_t(0, is_set, 10, 2, 472, 471, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 472, 472, 0.0_dp), &
-      atom_t(0, is_set, 10, 3, 473, 472, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 473, 473, 0.0_dp), &
-      atom_t(0, is_set, 10, 4, 474, 473, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 474, 474, 0.0_dp), &
-      atom_t(0, is_set, 10, 5, 475, 474, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 475, 475, 0.0_dp), &
-      atom_t(0, is_set, 10, 6, 476, 475, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 476, 476, 0.0_dp), &
-      atom_t(0, is_set, 10, 7, 477, 476, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 477, 477, 0.0_dp), &
-      atom_t(0, is_set, 10, 11, 478, 477, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 478, 478, 0.0_dp), &
-      atom_t(0, is_set, 10, 11, 479, 478, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 479, 479, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 480, 480, 0.0_dp), &
-      atom_t(0, is_set, 10, 12, 481, 480, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 481, 481, 0.0_dp), &
-      atom_t(0, is_set, 10, 12, 482, 481, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 482, 482, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 483, 483, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 484, 486, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 487, 487, 0.0_dp), &
-      atom_t(1, is_set, 11, 2, 488, 487, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 488, 489, 0.0_dp), &
-      atom_t(1, is_set, 11, 6, 490, 489, 0.0_dp), &
-      atom_t(1, is_set, 11, 7, 490, 489, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 490, 490, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 491, 490, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 491, 490, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 491, 491, 0.0_dp), &
-      atom_t(0, is_set, 11, 6, 492, 491, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 492, 493, 0.0_dp), &
-      atom_t(0, is_set, 11, 7, 494, 493, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 494, 495, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 496, 495, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 496, 498, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 499, 499, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 500, 499, 0.0_dp), &
-      atom_t(0, is_set, 11, 11, 500, 499, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 500, 500, 0.0_dp), &
-      atom_t(2, is_one_of, 11, 5, 501, 501, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 502, 501, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 502, 502, 0.0_dp), &
-      atom_t(0, is_set, 11, 12, 503, 502, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 503, 503, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 504, 503, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 504, 504, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 505, 505, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 506, 505, 0.0_dp, several_cracks), &
-      atom_t(0, is_one_of, 11, 1, 506, 506, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 507, 506, 0.0_dp, edges_that_are_no_grid_lines), &
-      atom_t(0, is_set, 11, 8, 507, 506, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 507, 508, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 509, 509, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 510, 511, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 512, 514, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 515, 515, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 516, 515, 0.0_dp, cohesion_all_along_it), &
-      atom_t(0, is_one_of, 11, 9, 516, 516, 0.0_dp), &
-      atom_t(1, is_above, 11, 10, 517, 516, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 517, 517, 0.0_dp), &
-      atom_t(0, is_set, 11, 10, 518, 517, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 518, 518, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 519, 518, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 519, 518, 0.0_dp), &
-      atom_t(0, is_set, 12, 1, 519, 518, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 519, 519, 0.0_dp), &
-      atom_t(0, is_set, 12, 2, 520, 519, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 520, 520, 0.0_dp), &
-      atom_t(0, is_set, 12, 9, 521, 520, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 521, 521, 0.0_dp), &
-      atom_t(0, is_set, 12, 10, 522, 521, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 522, 522, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 523, 522, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 523, 522, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 12, 1, 523, 522, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 523, 522, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 523, 523, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 524, 523, 0.0_dp)]
+      atom_t(0, is_one_of, 11, 5, 430, 430, 0.0_dp), &
+      atom_t(1, is_set, 11, 2, 431, 430, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 431, 432, 0.0_dp), &
+      atom_t(1, is_set, 11, 6, 433, 432, 0.0_dp), &
+      atom_t(1, is_set, 11, 7, 433, 432, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 433, 433, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 434, 433, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 434, 433, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 434, 434, 0.0_dp), &
+      atom_t(0, is_set, 11, 6, 435, 434, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 435, 436, 0.0_dp), &
+      atom_t(0, is_set, 11, 7, 437, 436, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 437, 438, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 439, 438, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 439, 441, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 442, 442, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 443, 442, 0.0_dp), &
+      atom_t(0, is_set, 11, 11, 443, 442, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 443, 443, 0.0_dp), &
+      atom_t(2, is_one_of, 11, 5, 444, 444, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 445, 444, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 445, 445, 0.0_dp), &
+      atom_t(0, is_set, 11, 12, 446, 445, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 446, 446, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 447, 446, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 447, 447, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 448, 448, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 449, 448, 0.0_dp, several_cracks), &
+      atom_t(0, is_one_of, 11, 1, 449, 449, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 450, 449, 0.0_dp, edges_that_are_no_grid_lines), &
+      atom_t(0, is_set, 11, 8, 450, 449, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 450, 451, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 452, 452, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 453, 454, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 455, 457, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 458, 458, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 459, 458, 0.0_dp, cohesion_all_along_it), &
+      atom_t(0, is_one_of, 11, 9, 459, 459, 0.0_dp), &
+      atom_t(1, is_above, 11, 10, 460, 459, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 460, 460, 0.0_dp), &
+      atom_t(0, is_set, 11, 10, 461, 460, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 461, 461, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 462, 461, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 462, 461, 0.0_dp), &
+      atom_t(0, is_set, 12, 1, 462, 461, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 462, 462, 0.0_dp), &
+      atom_t(0, is_set, 12, 2, 463, 462, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 463, 463, 0.0_dp), &
+      atom_t(0, is_set, 12, 9, 464, 463, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 464, 464, 0.0_dp), &
+      atom_t(0, is_set, 12, 10, 465, 464, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 465, 465, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 466, 465, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 466, 465, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 12, 1, 466, 465, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 466, 465, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 466, 466, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 467, 466, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 467, 467, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 468, 469, 0.0_dp), &
+      atom_t(1, is_above, 12, 4, 470, 469, 0.0_dp), &
+      atom_t(1, is_above, 12, 5, 470, 469, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 470, 470, 0.0_dp), &
+      atom_t(1, is_above, 12, 6, 471, 470, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 471, 471, 0.0_dp), &
+      atom_t(1, is_set, 12, 7, 472, 471, 0.0_dp), &
+      atom_t(1, is_set, 12, 8, 472, 471, 0.0_dp), &
+      atom_t(0, is_set, 12, 4, 472, 471, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 472, 473, 0.0_dp), &
+      atom_t(0, is_set, 12, 5, 474, 473, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 474, 475, 0.0_dp), &
+      atom_t(0, is_set, 12, 6, 476, 475, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 476, 476, 0.0_dp), &
+      atom_t(0, is_set, 12, 7, 477, 476, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 477, 477, 0.0_dp), &
+      atom_t(0, is_set, 12, 8, 478, 477, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 478, 478, 0.0_dp), &
+      atom_t(0, is_set, 12, 12, 479, 478, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 479, 478, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 479, 478, 0.0_dp), &
+      atom_t(0, is_set, 12, 11, 479, 478, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 479, 478, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 479, 478, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 479, 478, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 479, 478, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 479, 478, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 479, 479, 0.0_dp), &
+      atom_t(0, is_set, 13, 1, 480, 479, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 480, 480, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 481, 480, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 481, 480, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 13, 1, 481, 480, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 481, 481, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 482, 481, 0.0_dp, growth_by_laws_of_both_kinds), &
+      atom_t(0, is_one_of, 13, 2, 482, 482, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 483, 483, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 484, 484, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 485, 486, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 487, 487, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 488, 487, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 488, 487, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 488, 488, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 489, 488, 0.0_dp), &
+      atom_t(1, is_above, 13, 9, 489, 488, 0.0_dp), &
+      atom_t(1, is_above, 13, 10, 489, 488, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 489, 489, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 490, 489, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_one_of, 13, 25, 490, 491, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 492, 492, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 493, 493, 0.0_dp), &
+      atom_t(1, is_set, 13, 11, 494, 493, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 494, 494, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 495, 494, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 495, 494, 0.0_dp), &
+      atom_t(1, is_above, 13, 14, 495, 494, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 495, 494, 0.0_dp), &
+      atom_t(1, is_above, 13, 13, 495, 494, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 495, 495, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 496, 496, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 497, 497, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_8(*) = [ &
-      atom_t(1, is_one_of, 13, 2, 524, 524, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 525, 526, 0.0_dp), &
-      atom_t(1, is_above, 12, 4, 527, 526, 0.0_dp), &
-      atom_t(1, is_above, 12, 5, 527, 526, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 527, 527, 0.0_dp), &
-      atom_t(1, is_above, 12, 6, 528, 527, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 528, 528, 0.0_dp), &
-      atom_t(1, is_set, 12, 7, 529, 528, 0.0_dp), &
-      atom_t(1, is_set, 12, 8, 529, 528, 0.0_dp), &
-      atom_t(0, is_set, 12, 4, 529, 528, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 529, 530, 0.0_dp), &
-      atom_t(0, is_set, 12, 5, 531, 530, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 531, 532, 0.0_dp), &
-      atom_t(0, is_set, 12, 6, 533, 532, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 533, 533, 0.0_dp), &
-      atom_t(0, is_set, 12, 7, 534, 533, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 534, 534, 0.0_dp), &
-      atom_t(0, is_set, 12, 8, 535, 534, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 535, 535, 0.0_dp), &
-      atom_t(0, is_set, 12, 12, 536, 535, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 536, 535, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 536, 535, 0.0_dp), &
-      atom_t(0, is_set, 12, 11, 536, 535, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 536, 535, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 536, 535, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 536, 535, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 536, 535, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 536, 535, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 536, 536, 0.0_dp), &
-      atom_t(0, is_set, 13, 1, 537, 536, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 537, 537, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 538, 537, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 538, 537, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 13, 1, 538, 537, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 538, 538, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 539, 538, 0.0_dp, growth_by_laws_of_both_kinds), &
-      atom_t(0, is_one_of, 13, 2, 539, 539, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 540, 540, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 541, 541, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 542, 543, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 544, 544, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 545, 544, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 545, 544, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 545, 545, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 546, 545, 0.0_dp), &
-      atom_t(1, is_above, 13, 9, 546, 545, 0.0_dp), &
-      atom_t(1, is_above, 13, 10, 546, 545, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 546, 546, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 547, 546, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_one_of, 13, 25, 547, 548, 0.0_dp), &
+      atom_t(0, is_present, 16, 0, 498, 497, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 498, 498, 0.0_dp), &
+      atom_t(0, is_set, 16, 3, 499, 498, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 499, 498, 0.0_dp), &
+      atom_t(0, is_set, 16, 4, 499, 498, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 499, 498, 0.0_dp), &
+      atom_t(0, is_set, 16, 5, 499, 498, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 499, 498, 0.0_dp), &
+      atom_t(0, is_set, 16, 1, 499, 498, 0.0_dp), &
+      atom_t(1, is_set, 16, 4, 499, 498, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 499, 502, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 503, 502, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 503, 503, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 504, 503, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 504, 503, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 504, 504, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 505, 508, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 509, 508, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 509, 509, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 510, 509, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 510, 509, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 510, 510, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 511, 510, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 511, 510, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 511, 511, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 512, 513, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 514, 514, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 515, 515, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 516, 515, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 516, 516, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 517, 516, 0.0_dp), &
+      atom_t(0, is_set, 6, 17, 517, 516, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 517, 517, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 518, 517, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 518, 517, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 518, 518, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 519, 518, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_set, 6, 17, 519, 518, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 519, 519, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 520, 519, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_present, 15, 0, 520, 519, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 520, 520, 0.0_dp), &
+      atom_t(0, is_set, 15, 2, 521, 520, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 521, 521, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 522, 522, 0.0_dp), &
+      atom_t(1, is_set, 15, 2, 523, 522, 0.0_dp), &
+      atom_t(0, is_set, 15, 4, 523, 522, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 523, 523, 0.0_dp), &
+      atom_t(0, is_set, 15, 5, 524, 523, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 524, 524, 0.0_dp), &
+      atom_t(0, is_present, 15, 0, 525, 524, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 525, 524, 0.0_dp, growth_scales_forces_beside_motions), &
+      atom_t(0, is_set, 5, 5, 525, 524, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 525, 524, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 525, 524, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 525, 528, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 529, 528, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 529, 528, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 529, 528, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 529, 528, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 529, 528, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 529, 532, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 533, 532, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 533, 532, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 533, 532, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 533, 532, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 533, 532, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 533, 533, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 534, 533, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 534, 533, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 534, 534, 0.0_dp), &
+      atom_t(1, is_above, 13, 8, 535, 534, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 535, 535, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 536, 535, 0.0_dp), &
+      atom_t(0, is_set, 13, 5, 536, 535, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 536, 536, 0.0_dp), &
+      atom_t(0, is_set, 13, 8, 537, 536, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 537, 537, 0.0_dp), &
+      atom_t(0, is_set, 13, 9, 538, 537, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 538, 538, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 539, 538, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 539, 539, 0.0_dp), &
+      atom_t(0, is_set, 13, 11, 540, 539, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 540, 540, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 541, 540, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 541, 541, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 542, 541, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 542, 542, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 543, 542, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 543, 543, 0.0_dp), &
+      atom_t(0, is_set, 13, 28, 544, 543, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 544, 544, 0.0_dp), &
+      atom_t(0, is_set, 13, 6, 545, 544, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 545, 545, 0.0_dp), &
+      atom_t(0, is_set, 13, 7, 546, 545, 0.0_dp), &
+      atom_t(1, is_above, 13, 6, 546, 545, 0.0_dp), &
+      atom_t(0, is_set, 13, 15, 546, 545, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 546, 546, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 547, 546, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 547, 547, 0.0_dp), &
+      atom_t(0, is_set, 13, 19, 548, 547, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 548, 548, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 549, 548, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 549, 549, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 550, 550, 0.0_dp), &
-      atom_t(1, is_set, 13, 11, 551, 550, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 551, 551, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 552, 551, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 552, 551, 0.0_dp), &
-      atom_t(1, is_above, 13, 14, 552, 551, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 552, 551, 0.0_dp), &
-      atom_t(1, is_above, 13, 13, 552, 551, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 552, 552, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 553, 553, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 554, 554, 0.0_dp), &
-      atom_t(0, is_present, 16, 0, 555, 554, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 555, 555, 0.0_dp), &
-      atom_t(0, is_set, 16, 3, 556, 555, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 556, 555, 0.0_dp), &
-      atom_t(0, is_set, 16, 4, 556, 555, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 556, 555, 0.0_dp), &
-      atom_t(0, is_set, 16, 5, 556, 555, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 556, 555, 0.0_dp), &
-      atom_t(0, is_set, 16, 1, 556, 555, 0.0_dp), &
-      atom_t(1, is_set, 16, 4, 556, 555, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 556, 559, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 560, 559, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 560, 560, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 561, 560, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 561, 560, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 561, 561, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 562, 565, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 566, 565, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 566, 566, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 567, 566, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 567, 566, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 567, 567, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 568, 567, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 568, 567, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 568, 568, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 569, 570, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 571, 571, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 572, 572, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 573, 572, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 573, 573, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 574, 573, 0.0_dp), &
-      atom_t(0, is_set, 6, 17, 574, 573, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 574, 574, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 575, 574, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 575, 574, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 575, 575, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 576, 575, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_set, 6, 17, 576, 575, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 576, 576, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 577, 576, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 15, 0, 577, 576, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 577, 577, 0.0_dp), &
-      atom_t(0, is_set, 15, 2, 578, 577, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 578, 578, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 579, 579, 0.0_dp), &
-      atom_t(1, is_set, 15, 2, 580, 579, 0.0_dp), &
-      atom_t(0, is_set, 15, 4, 580, 579, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 580, 580, 0.0_dp), &
-      atom_t(0, is_set, 15, 5, 581, 580, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 581, 581, 0.0_dp), &
-      atom_t(0, is_present, 15, 0, 582, 581, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 582, 581, 0.0_dp, growth_scales_forces_beside_motions), &
-      atom_t(0, is_set, 5, 5, 582, 581, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 582, 581, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 582, 581, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 582, 585, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 586, 585, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 586, 585, 0.0_dp)]
+      atom_t(0, is_set, 13, 17, 550, 549, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 550, 550, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 551, 550, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 551, 551, 0.0_dp), &
+      atom_t(0, is_set, 13, 22, 552, 551, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 552, 552, 0.0_dp), &
+      atom_t(0, is_set, 13, 23, 553, 552, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 553, 553, 0.0_dp), &
+      atom_t(0, is_set, 13, 24, 554, 553, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 554, 554, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 21, 555, 555, 0.0_dp), &
+      atom_t(1, is_above, 13, 23, 556, 555, 0.0_dp), &
+      atom_t(0, is_set, 4, 14, 556, 555, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 556, 555, 0.0_dp), &
+      atom_t(0, is_set, 13, 26, 556, 555, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 556, 556, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_9(*) = [ &
-      atom_t(0, is_set, 5, 7, 586, 585, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 586, 585, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 586, 585, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 586, 589, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 590, 589, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 590, 589, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 590, 589, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 590, 589, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 590, 589, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 590, 590, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 591, 590, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 591, 590, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 591, 591, 0.0_dp), &
-      atom_t(1, is_above, 13, 8, 592, 591, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 592, 592, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 593, 592, 0.0_dp), &
-      atom_t(0, is_set, 13, 5, 593, 592, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 593, 593, 0.0_dp), &
-      atom_t(0, is_set, 13, 8, 594, 593, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 594, 594, 0.0_dp), &
-      atom_t(0, is_set, 13, 9, 595, 594, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 595, 595, 0.0_dp), &
-      atom_t(0, is_set, 13, 10, 596, 595, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 596, 596, 0.0_dp), &
-      atom_t(0, is_set, 13, 11, 597, 596, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 597, 597, 0.0_dp), &
-      atom_t(0, is_set, 13, 12, 598, 597, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 598, 598, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 599, 598, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 599, 599, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 600, 599, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 600, 600, 0.0_dp), &
-      atom_t(0, is_set, 13, 28, 601, 600, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 601, 601, 0.0_dp), &
-      atom_t(0, is_set, 13, 6, 602, 601, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 602, 602, 0.0_dp), &
-      atom_t(0, is_set, 13, 7, 603, 602, 0.0_dp), &
-      atom_t(1, is_above, 13, 6, 603, 602, 0.0_dp), &
-      atom_t(0, is_set, 13, 15, 603, 602, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 603, 603, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 604, 603, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 604, 604, 0.0_dp), &
-      atom_t(0, is_set, 13, 19, 605, 604, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 605, 605, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 606, 605, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 606, 606, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 607, 606, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 607, 607, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 608, 607, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 608, 608, 0.0_dp), &
-      atom_t(0, is_set, 13, 22, 609, 608, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 609, 609, 0.0_dp), &
-      atom_t(0, is_set, 13, 23, 610, 609, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 610, 610, 0.0_dp), &
-      atom_t(0, is_set, 13, 24, 611, 610, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 611, 611, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 21, 612, 612, 0.0_dp), &
-      atom_t(1, is_above, 13, 23, 613, 612, 0.0_dp), &
-      atom_t(0, is_set, 4, 14, 613, 612, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 613, 612, 0.0_dp), &
-      atom_t(0, is_set, 13, 26, 613, 612, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 613, 613, 0.0_dp), &
-      atom_t(0, is_set, 13, 27, 614, 613, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 614, 614, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 615, 615, 0.0_dp), &
-      atom_t(1, is_set, 13, 4, 616, 615, 0.0_dp), &
-      atom_t(0, is_set, 13, 4, 616, 615, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 616, 616, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 617, 617, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 618, 618, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 619, 622, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 623, 623, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 624, 624, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 625, 626, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 627, 627, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 628, 628, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 629, 629, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 630, 630, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 631, 631, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 632, 632, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 633, 633, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 634, 635, 0.0_dp), &
+      atom_t(0, is_set, 13, 27, 557, 556, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 557, 557, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 558, 558, 0.0_dp), &
+      atom_t(1, is_set, 13, 4, 559, 558, 0.0_dp), &
+      atom_t(0, is_set, 13, 4, 559, 558, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 559, 559, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 560, 560, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 561, 561, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 562, 565, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 566, 566, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 567, 567, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 568, 569, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 570, 570, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 571, 571, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 572, 572, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 573, 573, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 574, 574, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 575, 575, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 576, 576, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 577, 578, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 579, 579, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 580, 579, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 580, 579, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 580, 579, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 580, 579, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 14, 1, 580, 579, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 580, 579, 0.0_dp), &
+      atom_t(1, is_above, 14, 2, 580, 579, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 580, 579, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 580, 580, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 581, 580, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 581, 580, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_present, 14, 0, 581, 580, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 581, 581, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 582, 581, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 582, 581, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 582, 581, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 582, 581, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 582, 581, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 582, 582, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 583, 582, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 583, 584, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 585, 585, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 586, 585, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 586, 585, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 586, 585, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 586, 585, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 586, 586, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 587, 588, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 589, 588, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 589, 589, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 590, 591, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 592, 592, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 593, 592, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 593, 593, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 594, 593, 0.0_dp, tips_at_no_nodes), &
+      atom_t(1, is_one_of, 17, 1, 594, 594, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 595, 595, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 596, 595, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 596, 596, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 597, 596, 0.0_dp, a_plane), &
+      atom_t(1, is_one_of, 17, 1, 597, 597, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 598, 598, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 599, 598, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 599, 599, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 600, 600, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 601, 601, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 602, 602, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 603, 603, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 604, 604, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 605, 605, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 606, 606, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 607, 607, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 608, 608, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 609, 609, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 610, 611, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 612, 612, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 613, 613, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 614, 614, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 615, 615, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 616, 616, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 617, 618, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 619, 619, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 620, 620, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 621, 620, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 621, 621, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 622, 622, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 623, 622, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 623, 623, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 624, 624, 0.0_dp), &
+      atom_t(1, is_present, 14, 0, 625, 624, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 625, 625, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 626, 626, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 627, 627, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 628, 628, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 629, 629, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 630, 629, 1.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 630, 630, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 631, 630, 1.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 631, 631, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 632, 631, 1.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 632, 632, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 633, 632, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 633, 633, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 634, 633, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 634, 634, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 635, 634, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 635, 635, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 636, 635, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 636, 636, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 637, 636, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 637, 636, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 14, 1, 637, 636, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
-      atom_t(1, is_above, 14, 2, 637, 636, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 637, 637, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 638, 637, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 638, 637, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 14, 0, 638, 637, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 638, 638, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 639, 638, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 639, 638, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 639, 639, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 640, 639, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 640, 641, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 642, 642, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 643, 642, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 643, 642, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 643, 642, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 643, 642, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 643, 643, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 644, 645, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 646, 645, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 646, 646, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 647, 648, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 649, 649, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 650, 649, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 650, 650, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 651, 650, 0.0_dp, tips_at_no_nodes), &
-      atom_t(1, is_one_of, 17, 1, 651, 651, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 652, 652, 0.0_dp)]
+      atom_t(0, is_set, 17, 5, 637, 636, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 637, 638, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 639, 638, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 639, 639, 0.0_dp), &
+      atom_t(0, is_set, 17, 3, 640, 639, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 640, 640, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 641, 641, 0.0_dp), &
+      atom_t(1, is_above, 17, 7, 642, 641, 0.0_dp), &
+      atom_t(0, is_set, 17, 7, 642, 641, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 642, 642, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_10(*) = [ &
-      atom_t(1, is_present, 13, 0, 653, 652, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 653, 653, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 654, 653, 0.0_dp, a_plane), &
-      atom_t(1, is_one_of, 17, 1, 654, 654, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 655, 655, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 656, 655, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 656, 656, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 657, 657, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 658, 658, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 659, 659, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 660, 660, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 661, 661, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 662, 662, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 663, 663, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 664, 664, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 665, 665, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 666, 666, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 667, 668, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 669, 669, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 670, 670, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 671, 671, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 672, 672, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 673, 673, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 674, 675, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 676, 676, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 677, 677, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 678, 677, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 678, 678, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 679, 679, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 680, 679, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 680, 680, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 681, 681, 0.0_dp), &
-      atom_t(1, is_present, 14, 0, 682, 681, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 682, 682, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 683, 683, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 684, 684, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 685, 685, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 686, 686, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 687, 686, 1.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 687, 687, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 688, 687, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 688, 688, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 689, 688, 1.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 689, 689, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 690, 689, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 690, 690, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 691, 690, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 691, 691, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 692, 691, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 692, 692, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 693, 692, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 693, 693, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 694, 693, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 694, 695, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 696, 695, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 696, 696, 0.0_dp), &
-      atom_t(0, is_set, 17, 3, 697, 696, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 697, 697, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 698, 698, 0.0_dp), &
-      atom_t(1, is_above, 17, 7, 699, 698, 0.0_dp), &
-      atom_t(0, is_set, 17, 7, 699, 698, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 699, 699, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 700, 700, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 701, 703, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 704, 704, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 705, 705, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 706, 705, 0.0_dp, several_bodies), &
-      atom_t(0, is_one_of, 17, 6, 706, 706, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 707, 707, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 708, 708, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 709, 710, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 711, 711, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 712, 711, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 712, 712, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 713, 712, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 713, 713, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 714, 713, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 714, 714, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 715, 714, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 715, 715, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 716, 715, 0.0_dp), &
-      atom_t(0, is_set, 18, 3, 716, 715, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 716, 719, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 720, 720, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 721, 721, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 4, 722, 723, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 724, 723, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 724, 725, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 726, 725, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 726, 727, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 728, 727, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 18, 5, 728, 727, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 728, 728, 0.0_dp), &
-      atom_t(1, is_set, 18, 5, 729, 728, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 729, 729, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 730, 731, 0.0_dp), &
-      atom_t(0, is_set, 18, 5, 732, 731, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 732, 734, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 735, 735, 0.0_dp), &
-      atom_t(1, is_above, 18, 7, 736, 735, 0.0_dp), &
-      atom_t(0, is_set, 18, 7, 736, 735, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 736, 736, 0.0_dp), &
-      atom_t(0, is_set, 6, 18, 737, 736, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 737, 737, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 6, 738, 738, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 739, 739, 0.0_dp)]
+      atom_t(0, is_one_of, 17, 6, 643, 643, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 644, 646, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 647, 647, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 648, 648, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 649, 648, 0.0_dp, several_bodies), &
+      atom_t(0, is_one_of, 17, 6, 649, 649, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 650, 650, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 651, 651, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 652, 653, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 654, 654, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 655, 654, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 655, 655, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 656, 655, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 656, 656, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 657, 656, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 657, 657, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 658, 657, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 658, 658, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 659, 658, 0.0_dp), &
+      atom_t(0, is_set, 18, 3, 659, 658, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 659, 662, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 663, 663, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 664, 664, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 4, 665, 666, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 667, 666, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 667, 668, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 669, 668, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 669, 670, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 671, 670, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 18, 5, 671, 670, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 671, 671, 0.0_dp), &
+      atom_t(1, is_set, 18, 5, 672, 671, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 672, 672, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 673, 674, 0.0_dp), &
+      atom_t(0, is_set, 18, 5, 675, 674, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 675, 677, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 678, 678, 0.0_dp), &
+      atom_t(1, is_above, 18, 7, 679, 678, 0.0_dp), &
+      atom_t(0, is_set, 18, 7, 679, 678, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 679, 679, 0.0_dp), &
+      atom_t(0, is_set, 6, 18, 680, 679, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 680, 680, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 6, 681, 681, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 682, 682, 0.0_dp)]
 
    type(atom_t), parameter :: atoms(*) = [atoms_1, atoms_2, atoms_3, atoms_4, atoms_5, atoms_6, atoms_7, atoms_8, atoms_9, &
       atoms_10]
@@ -1432,788 +1365,746 @@ module hampm_rule_table
       rule_t('&nucleation', not_with, 'a solid', not_built, 'a crack is a line in a plane', '', 121, 1, 1, 0), &
       rule_t('&method shape_functions = ''cpdi''', not_with, 'a solid', not_built, '', '&method shape_functions = ''linear''', &
          123, 1, 1, 1), &
-      rule_t('&method time_steps = ''local''', not_with, 'a solid', not_built, '', '&method time_steps = ''global''', 126, 1, 1, &
-         1), &
       rule_t('&grid order = 2', not_with, &
          '&method time = ''explicit'' | ''implicit'' and &growth law = {growth laws in motion}', not_built, &
-         'growth through quadratic cells is static only', '&grid order = 1', 129, 1, 2, 1), &
+         'growth through quadratic cells is static only', '&grid order = 1', 126, 1, 2, 1), &
       rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &growth', not_built, &
-         'cohesive points ahead of the tip join nodes of bilinear cells', '&grid order = 1', 133, 1, 2, 1), &
-      rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &cohesive', not_built, '', '&grid order = 1', 137, 1, &
+         'cohesive points ahead of the tip join nodes of bilinear cells', '&grid order = 1', 130, 1, 2, 1), &
+      rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &cohesive', not_built, '', '&grid order = 1', 134, 1, &
          2, 1), &
-      rule_t('&material law /= ''orthotropic''', requires, '&material young', by_meaning, '', '', 141, 1, 1, 0), &
-      rule_t('&material yield_stress', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 143, 1, 1, 0), &
-      rule_t('&material hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 145, 1, 1, 0), &
-      rule_t('&material saturation', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 147, 1, 1, 0), &
-      rule_t('&material saturation_strain', requires, '&material saturation', by_meaning, '', '', 149, 1, 1, 0), &
-      rule_t('&material kinematic_hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 151, 1, 1, 0), &
-      rule_t('&material c01', requires, '&material law = ''mooney_rivlin''', by_meaning, '', '', 153, 1, 1, 0), &
-      rule_t('&material moduli', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 155, 1, 1, 0), &
-      rule_t('&material relaxation_times', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 157, 1, 1, 0), &
-      rule_t('&material young_1', requires, '&material law = ''orthotropic''', by_meaning, '', '', 159, 1, 1, 0), &
-      rule_t('&material young_2', requires, '&material law = ''orthotropic''', by_meaning, '', '', 161, 1, 1, 0), &
-      rule_t('&material young_3', requires, '&material law = ''orthotropic''', by_meaning, '', '', 163, 1, 1, 0), &
-      rule_t('&material shear_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 165, 1, 1, 0), &
-      rule_t('&material shear_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 167, 1, 1, 0), &
-      rule_t('&material shear_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 169, 1, 1, 0), &
-      rule_t('&material poisson_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 171, 1, 1, 0), &
-      rule_t('&material poisson_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 173, 1, 1, 0), &
-      rule_t('&material poisson_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 175, 1, 1, 0), &
-      rule_t('&material angle', requires, '&material law = ''orthotropic''', by_meaning, '', '', 177, 1, 1, 0), &
+      rule_t('&material law /= ''orthotropic''', requires, '&material young', by_meaning, '', '', 138, 1, 1, 0), &
+      rule_t('&material yield_stress', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 140, 1, 1, 0), &
+      rule_t('&material hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 142, 1, 1, 0), &
+      rule_t('&material saturation', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 144, 1, 1, 0), &
+      rule_t('&material saturation_strain', requires, '&material saturation', by_meaning, '', '', 146, 1, 1, 0), &
+      rule_t('&material kinematic_hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 148, 1, 1, 0), &
+      rule_t('&material c01', requires, '&material law = ''mooney_rivlin''', by_meaning, '', '', 150, 1, 1, 0), &
+      rule_t('&material moduli', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 152, 1, 1, 0), &
+      rule_t('&material relaxation_times', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 154, 1, 1, 0), &
+      rule_t('&material young_1', requires, '&material law = ''orthotropic''', by_meaning, '', '', 156, 1, 1, 0), &
+      rule_t('&material young_2', requires, '&material law = ''orthotropic''', by_meaning, '', '', 158, 1, 1, 0), &
+      rule_t('&material young_3', requires, '&material law = ''orthotropic''', by_meaning, '', '', 160, 1, 1, 0), &
+      rule_t('&material shear_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 162, 1, 1, 0), &
+      rule_t('&material shear_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 164, 1, 1, 0), &
+      rule_t('&material shear_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 166, 1, 1, 0), &
+      rule_t('&material poisson_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 168, 1, 1, 0), &
+      rule_t('&material poisson_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 170, 1, 1, 0), &
+      rule_t('&material poisson_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 172, 1, 1, 0), &
+      rule_t('&material angle', requires, '&material law = ''orthotropic''', by_meaning, '', '', 174, 1, 1, 0), &
       rule_t('&material law = ''orthotropic''', requires, &
-         '&material young_1 and &material young_2 and &material shear_12 and &material poisson_12', by_meaning, '', '', 179, 1, &
+         '&material young_1 and &material young_2 and &material shear_12 and &material poisson_12', by_meaning, '', '', 176, 1, &
          4, 0), &
       rule_t('&material law = ''orthotropic'' and &run plane = ''strain'' | ''axisymmetric''', requires, &
          '&material young_3 and &material poisson_13 and &material poisson_23', mechanics, &
-         'strain across the plane is constrained', '', 184, 2, 3, 0), &
-      rule_t('&material young', not_with, '&material law = ''orthotropic''', by_meaning, '', 'young_1 and young_2', 189, 1, 1, &
+         'strain across the plane is constrained', '', 181, 2, 3, 0), &
+      rule_t('&material young', not_with, '&material law = ''orthotropic''', by_meaning, '', 'young_1 and young_2', 186, 1, 1, &
          0), &
-      rule_t('&material poisson', not_with, '&material law = ''orthotropic''', by_meaning, '', 'poisson_12', 191, 1, 1, 0), &
+      rule_t('&material poisson', not_with, '&material law = ''orthotropic''', by_meaning, '', 'poisson_12', 188, 1, 1, 0), &
       rule_t('&material young_3', no_effect_with, '&run plane = ''stress'' and a plane', mechanics, 'the thickness is free', '', &
-         193, 1, 2, 0), &
+         190, 1, 2, 0), &
       rule_t('&material poisson_13', no_effect_with, '&run plane = ''stress'' and a plane', mechanics, 'the thickness is free', &
-         '', 196, 1, 2, 0), &
+         '', 193, 1, 2, 0), &
       rule_t('&material poisson_23', no_effect_with, '&run plane = ''stress'' and a plane', mechanics, 'the thickness is free', &
-         '', 199, 1, 2, 0), &
-      rule_t('&material law = ''j2_plastic''', requires, '&material yield_stress > 0', by_meaning, '', '', 202, 1, 1, 0), &
-      rule_t('&material saturation', requires, '&material saturation_strain', by_meaning, '', '', 204, 1, 1, 0), &
-      rule_t('&material law = ''mooney_rivlin''', requires, '&material c01', by_meaning, '', '', 206, 1, 1, 0)]
+         '', 196, 1, 2, 0), &
+      rule_t('&material law = ''j2_plastic''', requires, '&material yield_stress > 0', by_meaning, '', '', 199, 1, 1, 0), &
+      rule_t('&material saturation', requires, '&material saturation_strain', by_meaning, '', '', 201, 1, 1, 0), &
+      rule_t('&material law = ''mooney_rivlin''', requires, '&material c01', by_meaning, '', '', 203, 1, 1, 0), &
+      rule_t('&material law = ''viscoelastic''', requires, '&material moduli and &material relaxation_times', by_meaning, '', &
+         '', 205, 1, 2, 0)]
 
    type(rule_t), parameter :: rules_3(*) = [ &
-      rule_t('&material law = ''viscoelastic''', requires, '&material moduli and &material relaxation_times', by_meaning, '', &
-         '', 208, 1, 2, 0), &
       rule_t('&material volumetric = ''b_bar''', not_with, &
          '&method time = ''static'' | ''implicit'' and &material law = {laws of any strain}', not_built, &
-         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 211, 1, 2, 1), &
+         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 208, 1, 2, 1), &
       rule_t('&material volumetric = ''b_bar''', not_with, '&method shape_functions = ''cpdi''', mechanics, &
-         'a domain has one dilatation', '&material volumetric = ''standard''', 215, 1, 1, 1), &
+         'a domain has one dilatation', '&material volumetric = ''standard''', 212, 1, 1, 1), &
       rule_t('&material volumetric = ''b_bar''', no_effect_with, '&grid order = 2', mechanics, 'quadratic cells do not lock', &
-         '', 218, 1, 1, 0), &
+         '', 215, 1, 1, 0), &
       rule_t('&material volumetric = ''standard''', warned_with, &
          '&material poisson > 0.4899 and &run plane /= ''stress'' and &grid order = 1', mechanics, &
-         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 220, &
+         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 217, &
          1, 3, 1), &
       rule_t('&material volumetric = ''standard''', warned_with, '&material poisson > 0.4899 and a solid', mechanics, &
-         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 225, &
+         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 222, &
          1, 2, 1), &
       rule_t('&material volumetric = ''standard''', warned_with, &
          '&material law = ''j2_plastic'' and &run plane /= ''stress'' and &grid order = 1', mechanics, &
          'yielding cells lock: they are too stiff, and loads rise beyond the limit load', '&material volumetric = ''b_bar''', &
-         229, 1, 3, 1), &
+         226, 1, 3, 1), &
       rule_t('&material volumetric = ''standard''', warned_with, '&material law = ''j2_plastic'' and a solid', mechanics, &
          'yielding cells lock: they are too stiff, and loads rise beyond the limit load', '&material volumetric = ''b_bar''', &
-         234, 1, 2, 1), &
+         231, 1, 2, 1), &
       rule_t('&material law = {laws with a history}', not_with, '&growth law = {growth laws at rest}', mechanics, &
-         'J is not the energy release rate where material around a growing tip dissipates energy', '', 238, 1, 1, 0), &
+         'J is not the energy release rate where material around a growing tip dissipates energy', '', 235, 1, 1, 0), &
       rule_t('&material law = {laws with a history}', not_with, &
          '&growth law = {growth laws in motion by toughness} and &method time = ''implicit''', mechanics, &
-         'J is not the energy release rate where material around a growing tip dissipates energy', '', 240, 1, 2, 0), &
+         'J is not the energy release rate where material around a growing tip dissipates energy', '', 237, 1, 2, 0), &
       rule_t('&material law = {laws with a history}', not_with, &
          '&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy''', mechanics, &
-         'the direction needs stress intensity factors, which the law does not have', '&growth direction = ''straight''', 243, &
+         'the direction needs stress intensity factors, which the law does not have', '&growth direction = ''straight''', 240, &
          1, 1, 1), &
       rule_t('&material law = {laws with a history}', not_with, &
          '&growth mixed_mode = ''hutchinson_suo'' | ''benzeggagh_kenane''', mechanics, 'the law has no shares of modes', &
-         '&growth mixed_mode = ''none''', 246, 1, 1, 1), &
+         '&growth mixed_mode = ''none''', 243, 1, 1, 1), &
       rule_t('&material law = ''orthotropic''', not_with, '&growth law = {growth laws in motion}', not_built, &
-         'K and the limiting speed of a moving tip are known for isotropic material only', '', 249, 1, 1, 0), &
+         'K and the limiting speed of a moving tip are known for isotropic material only', '', 246, 1, 1, 0), &
       rule_t('&material law = ''orthotropic''', not_with, &
          '&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy''', not_built, &
          'the stress intensity factors of short kinks are known for isotropic material only', &
-         '&growth direction = ''straight''', 251, 1, 1, 1), &
-      rule_t('&material', no_effect_without, 'a body of it', by_meaning, '', '', 254, 1, 1, 0), &
-      rule_t('&body', requires, '&body material or &body hole = .true.', by_meaning, '', '', 256, 1, 2, 0), &
-      rule_t('&body material', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 259, 1, 1, 0), &
-      rule_t('&body velocity', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 261, 1, 1, 0), &
-      rule_t('&body spin', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 263, 1, 1, 0), &
-      rule_t('&body eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 265, 1, 1, 0), &
-      rule_t('&body contact_group', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 267, 1, 1, 0), &
-      rule_t('&body toughness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 269, 1, 1, 0), &
-      rule_t('&body profile_at', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 271, 1, 1, 0), &
-      rule_t('&body profile_direction', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 273, 1, 1, 0), &
-      rule_t('&body profile_stiffness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 275, 1, 1, 0), &
-      rule_t('&body profile_density', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 277, 1, 1, 0), &
-      rule_t('&body profile_eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 279, 1, 1, 0), &
-      rule_t('&body points_per_cell', no_effect_with, '&body hole = .true.', by_meaning, '', '', 281, 1, 1, 0), &
-      rule_t('&body shape = ''rectangle''', requires, '&body lower and &body upper', by_meaning, '', '', 283, 1, 2, 0), &
-      rule_t('&body shape = ''polygon''', requires, '&body points', by_meaning, '', '', 286, 1, 1, 0), &
-      rule_t('&body shape = ''circle''', requires, '&body center and &body radius > 0', by_meaning, '', '', 288, 1, 2, 0), &
+         '&growth direction = ''straight''', 248, 1, 1, 1), &
+      rule_t('&material', no_effect_without, 'a body of it', by_meaning, '', '', 251, 1, 1, 0), &
+      rule_t('&body', requires, '&body material or &body hole = .true.', by_meaning, '', '', 253, 1, 2, 0), &
+      rule_t('&body material', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 256, 1, 1, 0), &
+      rule_t('&body velocity', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 258, 1, 1, 0), &
+      rule_t('&body spin', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 260, 1, 1, 0), &
+      rule_t('&body eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 262, 1, 1, 0), &
+      rule_t('&body contact_group', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 264, 1, 1, 0), &
+      rule_t('&body toughness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 266, 1, 1, 0), &
+      rule_t('&body profile_at', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 268, 1, 1, 0), &
+      rule_t('&body profile_direction', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 270, 1, 1, 0), &
+      rule_t('&body profile_stiffness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 272, 1, 1, 0), &
+      rule_t('&body profile_density', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 274, 1, 1, 0), &
+      rule_t('&body profile_eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 276, 1, 1, 0), &
+      rule_t('&body points_per_cell', no_effect_with, '&body hole = .true.', by_meaning, '', '', 278, 1, 1, 0), &
+      rule_t('&body shape = ''rectangle''', requires, '&body lower and &body upper', by_meaning, '', '', 280, 1, 2, 0), &
+      rule_t('&body shape = ''polygon''', requires, '&body points', by_meaning, '', '', 283, 1, 1, 0), &
+      rule_t('&body shape = ''circle''', requires, '&body center and &body radius > 0', by_meaning, '', '', 285, 1, 2, 0), &
       rule_t('&body shape = ''cylinder'' | ''sphere''', requires, 'a solid', mechanics, 'they are no shapes of a plane', &
-         '&body shape = ''circle''', 291, 1, 1, 1), &
+         '&body shape = ''circle''', 288, 1, 1, 1), &
       rule_t('&body shape = ''cylinder''', requires, '&body lower and &body upper and &body radius > 0', by_meaning, '', '', &
-         294, 1, 3, 0), &
-      rule_t('&body shape = ''sphere''', requires, '&body center and &body radius > 0', by_meaning, '', '', 298, 1, 2, 0), &
-      rule_t('&body lower', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 301, 1, &
+         291, 1, 3, 0), &
+      rule_t('&body shape = ''sphere''', requires, '&body center and &body radius > 0', by_meaning, '', '', 295, 1, 2, 0), &
+      rule_t('&body lower', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 298, 1, &
          2, 0), &
-      rule_t('&body upper', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 304, 1, &
+      rule_t('&body upper', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 301, 1, &
          2, 0), &
-      rule_t('&body points', requires, '&body shape = ''polygon''', by_meaning, '', '', 307, 1, 1, 0), &
-      rule_t('&body center', requires, '&body shape = ''circle'' or &body shape = ''sphere''', by_meaning, '', '', 309, 1, 2, &
+      rule_t('&body points', requires, '&body shape = ''polygon''', by_meaning, '', '', 304, 1, 1, 0), &
+      rule_t('&body center', requires, '&body shape = ''circle'' or &body shape = ''sphere''', by_meaning, '', '', 306, 1, 2, &
          0), &
       rule_t('&body radius', requires, '&body shape = ''circle'' or &body shape = ''cylinder'' or &body shape = ''sphere''', &
-         by_meaning, '', '', 312, 1, 3, 0), &
+         by_meaning, '', '', 309, 1, 3, 0), &
       rule_t('&body contact_group', requires, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', by_meaning, &
-         'contact groups have an effect in contact only', '', 316, 1, 1, 0)]
+         'contact groups have an effect in contact only', '', 313, 1, 1, 0), &
+      rule_t('&body contact_group', no_effect_without, 'another body of that group', mechanics, &
+         'a body without this key is a contact group by itself', '', 315, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_4(*) = [ &
-      rule_t('&body contact_group', no_effect_without, 'another body of that group', mechanics, &
-         'a body without this key is a contact group by itself', '', 318, 1, 1, 0), &
       rule_t('&body points_per_cell < 3', not_with, '&grid order = 2', mechanics, &
-         'fewer than 3 leave hourglass motions of the nodes without strain of a particle', '&body points_per_cell = 3', 320, 1, &
+         'fewer than 3 leave hourglass motions of the nodes without strain of a particle', '&body points_per_cell = 3', 317, 1, &
          1, 1), &
-      rule_t('&body velocity', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 323, 1, &
+      rule_t('&body velocity', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 320, 1, &
          1, 0), &
-      rule_t('&body spin', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 325, 1, 1, &
+      rule_t('&body spin', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 322, 1, 1, &
          0), &
       rule_t('&body spin', not_with, '&method start = ''static''', mechanics, &
-         'a body that rotates is not in static equilibrium', '', 327, 1, 1, 0), &
+         'a body that rotates is not in static equilibrium', '', 324, 1, 1, 0), &
       rule_t('&body eigenstrain and a shear of the eigenstrain', not_with, '&crack kind = ''symmetry''', mechanics, &
-         'the other half would have the opposite shear, the third value', '', 329, 2, 1, 0), &
+         'the other half would have the opposite shear, the third value', '', 326, 2, 1, 0), &
       rule_t('&body eigenstrain', not_with, '&energy_release reference = ''dcb''', mechanics, 'the closed form is for forces', &
-         '', 332, 1, 1, 0), &
-      rule_t('&body held = .false.', requires, '&body eigenstrain', by_meaning, 'growth scales the eigenstrain', '', 334, 1, 1, &
+         '', 329, 1, 1, 0), &
+      rule_t('&body held = .false.', requires, '&body eigenstrain', by_meaning, 'growth scales the eigenstrain', '', 331, 1, 1, &
          0), &
       rule_t('&body held = .false.', no_effect_without, '&growth law = {growth laws at rest}', mechanics, &
-         'only growth at rest scales what acts', '', 336, 1, 1, 0), &
-      rule_t('&body held = .false.', not_with, '&control', not_built, 'a load frame has a force and a displacement', '', 338, 1, &
+         'only growth at rest scales what acts', '', 333, 1, 1, 0), &
+      rule_t('&body held = .false.', not_with, '&control', not_built, 'a load frame has a force and a displacement', '', 335, 1, &
          1, 0), &
-      rule_t('&body profile_stiffness', requires, '&body profile_at', by_meaning, '', '', 340, 1, 1, 0), &
-      rule_t('&body profile_density', requires, '&body profile_at', by_meaning, '', '', 342, 1, 1, 0), &
-      rule_t('&body profile_eigenstrain', requires, '&body profile_at', by_meaning, '', '', 344, 1, 1, 0), &
+      rule_t('&body profile_stiffness', requires, '&body profile_at', by_meaning, '', '', 337, 1, 1, 0), &
+      rule_t('&body profile_density', requires, '&body profile_at', by_meaning, '', '', 339, 1, 1, 0), &
+      rule_t('&body profile_eigenstrain', requires, '&body profile_at', by_meaning, '', '', 341, 1, 1, 0), &
       rule_t('&body profile_at', requires, '&body profile_stiffness or &body profile_density or &body profile_eigenstrain', &
-         by_meaning, '', '', 346, 1, 3, 0), &
-      rule_t('&body profile_direction', no_effect_without, '&body profile_at', by_meaning, '', '', 350, 1, 1, 0), &
-      rule_t('&body profile_eigenstrain', requires, '&body eigenstrain', by_meaning, '', '', 352, 1, 1, 0), &
+         by_meaning, '', '', 343, 1, 3, 0), &
+      rule_t('&body profile_direction', no_effect_without, '&body profile_at', by_meaning, '', '', 347, 1, 1, 0), &
+      rule_t('&body profile_eigenstrain', requires, '&body eigenstrain', by_meaning, '', '', 349, 1, 1, 0), &
       rule_t('&body profile_eigenstrain', not_with, '&material law = {laws of any strain}', not_built, &
-         'J does not know how such an eigenstrain changes', '', 354, 1, 1, 0), &
+         'J does not know how such an eigenstrain changes', '', 351, 1, 1, 0), &
       rule_t('&body profile_eigenstrain', not_with, '&run plane = ''axisymmetric''', not_built, &
-         'J does not know how an eigenstrain around the axis changes', '', 356, 1, 1, 0), &
+         'J does not know how an eigenstrain around the axis changes', '', 353, 1, 1, 0), &
       rule_t('&body profile_at', not_with, '&energy_release phase_length', not_built, &
-         'the fields that the integral is with are those of uniform materials', '', 358, 1, 1, 0), &
+         'the fields that the integral is with are those of uniform materials', '', 355, 1, 1, 0), &
       rule_t('&body profile_at', not_with, '&energy_release reference = ''dcb''', mechanics, &
-         'the closed form is of uniform material', '', 360, 1, 1, 0), &
+         'the closed form is of uniform material', '', 357, 1, 1, 0), &
       rule_t('&body profile_eigenstrain', not_with, '&body held = .false.', not_built, &
-         'a load factor does not reach how an eigenstrain changes', '&body held = .true.', 362, 1, 1, 1), &
+         'a load factor does not reach how an eigenstrain changes', '&body held = .true.', 359, 1, 1, 1), &
       rule_t('&body eigenstrain and a fourth value of the eigenstrain', warned_with, '&run plane = ''stress'' and a plane', &
-         mechanics, 'the fourth value has no effect, as the thickness is free', '', 365, 2, 2, 0), &
-      rule_t('&constraint rise_time', requires, '&constraint history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 369, 1, &
+         mechanics, 'the fourth value has no effect, as the thickness is free', '', 362, 2, 2, 0), &
+      rule_t('&constraint rise_time', requires, '&constraint history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 366, 1, &
          1, 0), &
-      rule_t('&constraint frequency', requires, '&constraint history = ''sine''', by_meaning, '', '', 371, 1, 1, 0), &
-      rule_t('&constraint times', requires, '&constraint history = ''table''', by_meaning, '', '', 373, 1, 1, 0), &
-      rule_t('&constraint factors', requires, '&constraint history = ''table''', by_meaning, '', '', 375, 1, 1, 0), &
-      rule_t('&constraint history = ''ramp'' | ''smooth_ramp''', requires, '&constraint rise_time > 0', by_meaning, '', '', 377, &
+      rule_t('&constraint frequency', requires, '&constraint history = ''sine''', by_meaning, '', '', 368, 1, 1, 0), &
+      rule_t('&constraint times', requires, '&constraint history = ''table''', by_meaning, '', '', 370, 1, 1, 0), &
+      rule_t('&constraint factors', requires, '&constraint history = ''table''', by_meaning, '', '', 372, 1, 1, 0), &
+      rule_t('&constraint history = ''ramp'' | ''smooth_ramp''', requires, '&constraint rise_time > 0', by_meaning, '', '', 374, &
          1, 1, 0), &
-      rule_t('&constraint history = ''sine''', requires, '&constraint frequency > 0', by_meaning, '', '', 379, 1, 1, 0), &
-      rule_t('&constraint history = ''table''', requires, '&constraint times and &constraint factors', by_meaning, '', '', 381, &
+      rule_t('&constraint history = ''sine''', requires, '&constraint frequency > 0', by_meaning, '', '', 376, 1, 1, 0), &
+      rule_t('&constraint history = ''table''', requires, '&constraint times and &constraint factors', by_meaning, '', '', 378, &
          1, 2, 0), &
-      rule_t('&load rise_time', requires, '&load history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 384, 1, 1, 0), &
-      rule_t('&load frequency', requires, '&load history = ''sine''', by_meaning, '', '', 386, 1, 1, 0), &
-      rule_t('&load times', requires, '&load history = ''table''', by_meaning, '', '', 388, 1, 1, 0), &
-      rule_t('&load factors', requires, '&load history = ''table''', by_meaning, '', '', 390, 1, 1, 0), &
-      rule_t('&load history = ''ramp'' | ''smooth_ramp''', requires, '&load rise_time > 0', by_meaning, '', '', 392, 1, 1, 0), &
-      rule_t('&load history = ''sine''', requires, '&load frequency > 0', by_meaning, '', '', 394, 1, 1, 0), &
-      rule_t('&load history = ''table''', requires, '&load times and &load factors', by_meaning, '', '', 396, 1, 2, 0), &
-      rule_t('&control rise_time', requires, '&control history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 399, 1, 1, 0), &
-      rule_t('&control frequency', requires, '&control history = ''sine''', by_meaning, '', '', 401, 1, 1, 0), &
-      rule_t('&control times', requires, '&control history = ''table''', by_meaning, '', '', 403, 1, 1, 0), &
-      rule_t('&control factors', requires, '&control history = ''table''', by_meaning, '', '', 405, 1, 1, 0)]
+      rule_t('&load rise_time', requires, '&load history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 381, 1, 1, 0), &
+      rule_t('&load frequency', requires, '&load history = ''sine''', by_meaning, '', '', 383, 1, 1, 0), &
+      rule_t('&load times', requires, '&load history = ''table''', by_meaning, '', '', 385, 1, 1, 0), &
+      rule_t('&load factors', requires, '&load history = ''table''', by_meaning, '', '', 387, 1, 1, 0), &
+      rule_t('&load history = ''ramp'' | ''smooth_ramp''', requires, '&load rise_time > 0', by_meaning, '', '', 389, 1, 1, 0), &
+      rule_t('&load history = ''sine''', requires, '&load frequency > 0', by_meaning, '', '', 391, 1, 1, 0), &
+      rule_t('&load history = ''table''', requires, '&load times and &load factors', by_meaning, '', '', 393, 1, 2, 0), &
+      rule_t('&control rise_time', requires, '&control history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 396, 1, 1, 0), &
+      rule_t('&control frequency', requires, '&control history = ''sine''', by_meaning, '', '', 398, 1, 1, 0), &
+      rule_t('&control times', requires, '&control history = ''table''', by_meaning, '', '', 400, 1, 1, 0), &
+      rule_t('&control factors', requires, '&control history = ''table''', by_meaning, '', '', 402, 1, 1, 0), &
+      rule_t('&control history = ''ramp'' | ''smooth_ramp''', requires, '&control rise_time > 0', by_meaning, '', '', 404, 1, 1, &
+         0)]
 
    type(rule_t), parameter :: rules_5(*) = [ &
-      rule_t('&control history = ''ramp'' | ''smooth_ramp''', requires, '&control rise_time > 0', by_meaning, '', '', 407, 1, 1, &
-         0), &
-      rule_t('&control history = ''sine''', requires, '&control frequency > 0', by_meaning, '', '', 409, 1, 1, 0), &
-      rule_t('&control history = ''table''', requires, '&control times and &control factors', by_meaning, '', '', 411, 1, 2, 0), &
+      rule_t('&control history = ''sine''', requires, '&control frequency > 0', by_meaning, '', '', 406, 1, 1, 0), &
+      rule_t('&control history = ''table''', requires, '&control times and &control factors', by_meaning, '', '', 408, 1, 2, 0), &
       rule_t('&constraint history', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
-         'the factor applies to a prescribed motion, and none is given', '', 414, 1, 2, 0), &
+         'the factor applies to a prescribed motion, and none is given', '', 411, 1, 2, 0), &
       rule_t('&constraint start', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
-         'the factor applies to a prescribed motion, and none is given', '', 417, 1, 2, 0), &
+         'the factor applies to a prescribed motion, and none is given', '', 414, 1, 2, 0), &
       rule_t('&constraint held', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
-         'the factor applies to a prescribed motion, and none is given', '', 420, 1, 2, 0), &
+         'the factor applies to a prescribed motion, and none is given', '', 417, 1, 2, 0), &
       rule_t('&constraint displacement and &constraint history = ''step''', not_with, &
          '&method time = ''explicit'' | ''implicit'' and &method start = ''undeformed''', mechanics, &
-         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 423, 2, 2, 0), &
+         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 420, 2, 2, 0), &
       rule_t('&constraint displacement and &constraint history = ''step'' and &constraint start > 0', not_with, &
          '&method time = ''explicit'' | ''implicit'' and &method start = ''static''', mechanics, 'prescribed nodes would jump', &
-         'history = ''smooth_ramp'', or a velocity', 427, 3, 2, 0), &
-      rule_t('&constraint displacement', not_with, '&method time = ''explicit'' and &method time_steps = ''local''', not_built, &
-         '', '&method time_steps = ''global''', 432, 1, 2, 1), &
-      rule_t('&constraint velocity', not_with, '&method time = ''explicit'' and &method time_steps = ''local''', not_built, '', &
-         '&method time_steps = ''global''', 436, 1, 2, 1), &
-      rule_t('&constraint turns', not_with, '&method time = ''explicit'' and &method time_steps = ''local''', not_built, '', &
-         '&method time_steps = ''global''', 440, 1, 2, 1), &
+         'history = ''smooth_ramp'', or a velocity', 424, 3, 2, 0), &
       rule_t('&constraint unilateral = .true.', not_with, '&method time = ''explicit''', not_built, &
-         'faces with contact separate and touch again in explicit steps', '&method time = ''implicit''', 444, 1, 1, 1), &
+         'faces with contact separate and touch again in explicit steps', '&method time = ''implicit''', 429, 1, 1, 1), &
       rule_t('&constraint turns = .true.', not_with, '&constraint unilateral = .true.', not_built, &
-         'nodes of a support part one by one, and no rigid body does', '&constraint unilateral = .false.', 447, 1, 1, 1), &
+         'nodes of a support part one by one, and no rigid body does', '&constraint unilateral = .false.', 432, 1, 1, 1), &
       rule_t('&constraint turns = .true.', not_with, '&run plane = ''axisymmetric''', mechanics, &
-         'a ring does not turn in the plane of its section without strain', '', 450, 1, 1, 0), &
+         'a ring does not turn in the plane of its section without strain', '', 435, 1, 1, 0), &
       rule_t('&constraint turns = .true.', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'an impulse between bodies at its nodes would not turn it', '', 452, 1, 1, 0), &
+         'an impulse between bodies at its nodes would not turn it', '', 437, 1, 1, 0), &
       rule_t('&constraint turns = .true.', not_with, '&load kind = ''absorbing''', not_built, &
-         'a dashpot at its nodes would not turn it', '', 454, 1, 1, 0), &
+         'a dashpot at its nodes would not turn it', '', 439, 1, 1, 0), &
       rule_t('&load kind = ''point'' | ''body''', requires, '&load lower and &load upper and &load force', by_meaning, '', '', &
-         456, 1, 3, 0), &
-      rule_t('&load kind = ''traction''', requires, '&load force', by_meaning, '', '', 460, 1, 1, 0), &
-      rule_t('&load kind = ''pressure''', requires, '&load pressure', by_meaning, '', '', 462, 1, 1, 0), &
+         441, 1, 3, 0), &
+      rule_t('&load kind = ''traction''', requires, '&load force', by_meaning, '', '', 445, 1, 1, 0), &
+      rule_t('&load kind = ''pressure''', requires, '&load pressure', by_meaning, '', '', 447, 1, 1, 0), &
       rule_t('&load kind = ''traction'' | ''absorbing''', requires, '&load lower and &load upper or &load side', by_meaning, '', &
-         '', 464, 1, 3, 0), &
+         '', 449, 1, 3, 0), &
       rule_t('&load kind = ''pressure'' and &load on = ''edge''', requires, '&load lower and &load upper or &load side', &
-         by_meaning, '', '', 468, 2, 3, 0), &
-      rule_t('&load side and &load lower', requires, '&load upper', by_meaning, '', '', 473, 2, 1, 0), &
-      rule_t('&load side and &load upper', requires, '&load lower', by_meaning, '', '', 476, 2, 1, 0), &
-      rule_t('&load side', requires, '&load kind = ''traction'' | ''pressure'' | ''absorbing''', by_meaning, '', '', 479, 1, 1, &
+         by_meaning, '', '', 453, 2, 3, 0), &
+      rule_t('&load side and &load lower', requires, '&load upper', by_meaning, '', '', 458, 2, 1, 0), &
+      rule_t('&load side and &load upper', requires, '&load lower', by_meaning, '', '', 461, 2, 1, 0), &
+      rule_t('&load side', requires, '&load kind = ''traction'' | ''pressure'' | ''absorbing''', by_meaning, '', '', 464, 1, 1, &
          0), &
-      rule_t('&load side', not_with, '&load on = ''crack''', by_meaning, '', '', 481, 1, 1, 0), &
+      rule_t('&load side', not_with, '&load on = ''crack''', by_meaning, '', '', 466, 1, 1, 0), &
       rule_t('&load side', not_with, '&load face = ''left'' | ''right''', by_meaning, &
-         'faces of cracks are no sides of polygons', '', 483, 1, 1, 0), &
+         'faces of cracks are no sides of polygons', '', 468, 1, 1, 0), &
       rule_t('&load side', not_with, 'a solid', by_meaning, &
-         'sides of solids are flat along the grid, or round: give the box of one', '', 485, 1, 1, 0), &
-      rule_t('&load kind = ''gravity''', requires, '&load acceleration', by_meaning, '', '', 487, 1, 1, 0), &
+         'sides of solids are flat along the grid, or round: give the box of one', '', 470, 1, 1, 0), &
+      rule_t('&load kind = ''gravity''', requires, '&load acceleration', by_meaning, '', '', 472, 1, 1, 0), &
       rule_t('&load lower', not_with, '&load kind = ''gravity''', by_meaning, 'gravity acts on all bodies', 'kind = ''body''', &
-         489, 1, 1, 0), &
+         474, 1, 1, 0), &
       rule_t('&load lower', not_with, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, &
-         'the pressure acts on both faces of the whole crack', '', 491, 1, 2, 0), &
+         'the pressure acts on both faces of the whole crack', '', 476, 1, 2, 0), &
       rule_t('&load upper', not_with, '&load kind = ''gravity''', by_meaning, 'gravity acts on all bodies', 'kind = ''body''', &
-         494, 1, 1, 0), &
+         479, 1, 1, 0), &
       rule_t('&load upper', not_with, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, &
-         'the pressure acts on both faces of the whole crack', '', 496, 1, 2, 0), &
-      rule_t('&load force', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', by_meaning, '', '', 499, 1, 1, &
+         'the pressure acts on both faces of the whole crack', '', 481, 1, 2, 0), &
+      rule_t('&load force', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', by_meaning, '', '', 484, 1, 1, &
          0), &
       rule_t('&load history', not_with, '&load kind = ''absorbing''', by_meaning, 'velocities of the edge give its force', '', &
-         501, 1, 1, 0), &
+         486, 1, 1, 0), &
       rule_t('&load start', not_with, '&load kind = ''absorbing''', by_meaning, 'velocities of the edge give its force', '', &
-         503, 1, 1, 0), &
+         488, 1, 1, 0), &
       rule_t('&load kind = ''absorbing''', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', &
-         '', 505, 1, 1, 0), &
-      rule_t('&load kind = ''absorbing''', not_with, '&method time_steps = ''local''', not_built, '', &
-         '&method time_steps = ''global''', 507, 1, 1, 1), &
+         '', 490, 1, 1, 0), &
       rule_t('&load kind = ''absorbing''', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no dashpots', '&method path = ''fastest''', 510, 1, 1, 1), &
+         'the reference step has no dashpots', '&method path = ''fastest''', 492, 1, 1, 1), &
       rule_t('&load kind = ''absorbing''', not_with, '&grid order = 2 and cells that are cut', not_built, &
-         'dashpots act on lumped masses', '&grid order = 1', 513, 1, 2, 1), &
-      rule_t('&load pressure', requires, '&load kind = ''pressure''', by_meaning, '', '', 517, 1, 1, 0)]
+         'dashpots act on lumped masses', '&grid order = 1', 495, 1, 2, 1), &
+      rule_t('&load pressure', requires, '&load kind = ''pressure''', by_meaning, '', '', 499, 1, 1, 0), &
+      rule_t('&load acceleration', requires, '&load kind = ''gravity''', by_meaning, '', '', 501, 1, 1, 0), &
+      rule_t('&load on = ''crack''', requires, '&load kind = ''pressure''', by_meaning, '', '', 503, 1, 1, 0), &
+      rule_t('&load crack', requires, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, '', '', 505, 1, 2, 0), &
+      rule_t('&load face = ''left'' | ''right''', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', &
+         by_meaning, '', '', 508, 1, 1, 0), &
+      rule_t('&load on = ''crack''', requires, '&crack', by_meaning, '', '', 510, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_6(*) = [ &
-      rule_t('&load acceleration', requires, '&load kind = ''gravity''', by_meaning, '', '', 519, 1, 1, 0), &
-      rule_t('&load on = ''crack''', requires, '&load kind = ''pressure''', by_meaning, '', '', 521, 1, 1, 0), &
-      rule_t('&load crack', requires, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, '', '', 523, 1, 2, 0), &
-      rule_t('&load face = ''left'' | ''right''', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', &
-         by_meaning, '', '', 526, 1, 1, 0), &
-      rule_t('&load on = ''crack''', requires, '&crack', by_meaning, '', '', 528, 1, 1, 0), &
       rule_t('&load crack', requires, '&crack kind = ''line'' | ''path'' | ''plane''', by_meaning, &
-         'other cracks are the only one', '', 530, 1, 1, 0), &
+         'other cracks are the only one', '', 512, 1, 1, 0), &
       rule_t('&load on = ''crack'' and several cracks', requires, '&load crack', by_meaning, 'the name selects the crack', '', &
-         532, 2, 1, 0), &
+         514, 2, 1, 0), &
       rule_t('&load on = ''crack''', not_with, 'a pressed path that grows in motion', not_built, &
-         'cohesive points join cells that are cut ahead of the tip; pressure must not act there', 'law = ''quasi_static''', 535, &
+         'cohesive points join cells that are cut ahead of the tip; pressure must not act there', 'law = ''quasi_static''', 517, &
          1, 1, 0), &
       rule_t('&load start < 0', no_effect_with, '&load history = ''step''', by_meaning, &
-         'a step load that begins before the run acts from its beginning', '', 537, 1, 1, 0), &
+         'a step load that begins before the run acts from its beginning', '', 519, 1, 1, 0), &
       rule_t('&contact bodies = ''friction''', requires, '&contact friction > 0', by_meaning, '', &
-         '&contact bodies = ''frictionless''', 539, 1, 1, 1), &
-      rule_t('&contact friction', requires, '&contact bodies = ''friction''', by_meaning, '', '', 542, 1, 1, 0), &
+         '&contact bodies = ''frictionless''', 521, 1, 1, 1), &
+      rule_t('&contact friction', requires, '&contact bodies = ''friction''', by_meaning, '', '', 524, 1, 1, 0), &
       rule_t('&contact distance', requires, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', by_meaning, &
-         'bonded bodies interact as soon as both have cells at a node', '', 544, 1, 1, 0), &
+         'bonded bodies interact as soon as both have cells at a node', '', 526, 1, 1, 0), &
       rule_t('&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_with, '&grid order = 2', not_built, '', &
-         '&grid order = 1', 546, 1, 1, 1), &
+         '&grid order = 1', 528, 1, 1, 1), &
       rule_t('&method time = ''static'' | ''implicit''', not_with, &
          '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
          'bodies that come near each other are found in explicit steps; those that touch from the '// &
-         'start may have a &crack with contact along their common face', '&method time = ''explicit''', 549, 1, 1, 1), &
+         'start may have a &crack with contact along their common face', '&method time = ''explicit''', 531, 1, 1, 1), &
       rule_t('&method frame = ''total''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', mechanics, &
-         'bodies never come into contact in the total Lagrangian frame', '&method frame = ''updated''', 552, 1, 1, 1), &
+         'bodies never come into contact in the total Lagrangian frame', '&method frame = ''updated''', 534, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&method time = ''static''', not_built, &
-         'static equilibrium is found in the reference configuration', '&method frame = ''total''', 555, 1, 1, 1), &
+         'static equilibrium is found in the reference configuration', '&method frame = ''total''', 537, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&method time = ''implicit''', not_built, &
          'nodes keep velocity and acceleration from step to step, so they must keep their material', &
-         '&method frame = ''total''', 558, 1, 1, 1), &
+         '&method frame = ''total''', 540, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&grid order = 2', not_built, &
-         'quadrature weights of particles hold at their reference positions only', '&method frame = ''total''', 561, 1, 1, 1), &
+         'quadrature weights of particles hold at their reference positions only', '&method frame = ''total''', 543, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&crack kind = ''symmetry'' and &growth law = {growth laws in motion}', &
-         not_built, 'the crack stays in the grid, and the material ahead of its tip moves', '&method frame = ''total''', 564, 1, &
+         not_built, 'the crack stays in the grid, and the material ahead of its tip moves', '&method frame = ''total''', 546, 1, &
          2, 1), &
       rule_t('&method shape_functions = ''cpdi''', requires, '&method frame = ''updated''', mechanics, &
          'particles stay in their cells in the total Lagrangian frame, where shape functions of '//'cells are more accurate', &
-         '', 568, 1, 1, 0), &
-      rule_t('&method time_steps = ''local''', requires, '&method frame = ''total''', mechanics, &
-         'local steps use mass matrices and moments of cells, which are constant only where '//'particles stay in their cells', &
-         '', 570, 1, 1, 0), &
-      rule_t('&method time_steps = ''local''', requires, '&method scheme = ''musl''', not_built, &
-         'coarse steps have that scheme', '', 572, 1, 1, 0), &
-      rule_t('&method time_steps = ''local''', requires, '&method mass = ''lumped''', not_built, &
-         'cells with different steps need masses of their own', '', 574, 1, 1, 0), &
-      rule_t('&method time_steps = ''local''', not_with, '&method time = ''static''', mechanics, &
-         'equilibrium is found for all cells together', '&method time_steps = ''global''', 576, 1, 1, 1), &
-      rule_t('&method time_steps = ''local''', not_with, '&method time = ''implicit''', mechanics, &
-         'implicit steps solve for all nodes together', '&method time_steps = ''global''', 579, 1, 1, 1), &
-      rule_t('&method time_steps = ''local''', not_with, '&grid order = 2 and &method time = ''explicit'' | ''implicit''', &
-         not_built, '', '&method time_steps = ''global''', 582, 1, 2, 1), &
-      rule_t('&method time_steps = ''local''', not_with, '&material law /= ''linear_elastic'' | ''orthotropic''', mechanics, &
-         'local steps need a linear relation of forces to displacements', '&method time_steps = ''global''', 586, 1, 1, 1), &
-      rule_t('&method time_steps = ''local''', not_with, '&material volumetric = ''b_bar''', not_built, &
-         'fine steps use moments of the volume of cells', '&material volumetric = ''standard''', 589, 1, 1, 1), &
-      rule_t('&method time_steps = ''local''', not_with, '&refine indicator = {indicators of the motion}', mechanics, &
-         'vibrations of small cells grow where the mesh changes', '&method time_steps = ''global''', 592, 1, 1, 1), &
-      rule_t('&method time_steps = ''local''', not_with, 'cracks that cut cells', not_built, &
-         'forces across faces would join cells with different steps', '&method time_steps = ''global''', 595, 1, 1, 1), &
-      rule_t('&method time_steps = ''local''', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'forces across faces would join cells with different steps', '&method time_steps = ''global''', 598, 1, 1, 1), &
-      rule_t('&method time_steps = ''local''', not_with, '&cohesive', not_built, &
-         'forces across faces would join cells with different steps', '&method time_steps = ''global''', 601, 1, 1, 1), &
-      rule_t('&method time_steps = ''local''', not_with, '&crack kind = ''symmetry'' and &growth law = {growth laws in motion}', &
-         not_built, 'nodal release needs steps that are the same for all cells', '&method time_steps = ''global''', 604, 1, 2, &
-         1), &
-      rule_t('&method time_steps = ''local''', not_with, '&energy_release energy_balance = .true.', not_built, &
-         'the numerical loss of local steps is not known', '&method time_steps = ''global''', 608, 1, 1, 1), &
+         '', 550, 1, 1, 0), &
       rule_t('&method path = ''reference''', not_with, '&method time = ''static'' | ''implicit''', by_meaning, &
-         'the reference step is explicit', '&method time = ''explicit''', 611, 1, 1, 1), &
-      rule_t('&method path = ''reference''', not_with, '&method time_steps = ''local''', by_meaning, &
-         'the reference step is one step of all cells', '&method time_steps = ''global''', 614, 1, 1, 1), &
+         'the reference step is explicit', '&method time = ''explicit''', 552, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&method shape_functions = ''cpdi''', not_built, &
-         'particles of the reference step are points of cells', '&method shape_functions = ''linear''', 617, 1, 1, 1), &
+         'particles of the reference step are points of cells', '&method shape_functions = ''linear''', 555, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&method mass = ''consistent'' | ''partial'' | ''fmpm'' | ''weighted''', &
-         not_built, 'the reference step divides by lumped masses', '&method mass = ''lumped''', 620, 1, 1, 1), &
+         not_built, 'the reference step divides by lumped masses', '&method mass = ''lumped''', 558, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&material volumetric = ''b_bar''', not_built, &
-         'particles of the reference step have their own dilatation', '&material volumetric = ''standard''', 623, 1, 1, 1), &
+         'particles of the reference step have their own dilatation', '&material volumetric = ''standard''', 561, 1, 1, 1), &
       rule_t('&constraint displacement', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no prescribed motion', '&method path = ''fastest''', 626, 1, 1, 1)]
-
-   type(rule_t), parameter :: rules_7(*) = [ &
+         'the reference step has no prescribed motion', '&method path = ''fastest''', 564, 1, 1, 1), &
       rule_t('&constraint velocity', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no prescribed motion', '&method path = ''fastest''', 629, 1, 1, 1), &
+         'the reference step has no prescribed motion', '&method path = ''fastest''', 567, 1, 1, 1), &
       rule_t('&constraint turns', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no prescribed motion', '&method path = ''fastest''', 632, 1, 1, 1), &
+         'the reference step has no prescribed motion', '&method path = ''fastest''', 570, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', &
-         not_built, 'the reference step has one velocity field', '&contact bodies = ''bonded''', 635, 1, 1, 1), &
+         not_built, 'the reference step has one velocity field', '&contact bodies = ''bonded''', 573, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'the reference step has no contact of faces', '&crack contact = ''none''', 638, 1, 1, 1), &
-      rule_t('&method path = ''reference''', not_with, '&growth', not_built, 'the reference step has no growth', '', 641, 1, 1, &
+         'the reference step has no contact of faces', '&crack contact = ''none''', 576, 1, 1, 1), &
+      rule_t('&method path = ''reference''', not_with, '&growth', not_built, 'the reference step has no growth', '', 579, 1, 1, &
          0), &
       rule_t('&method path = ''reference''', not_with, '&energy_release energy_balance = .true.', not_built, &
-         'the reference step does not record numerical losses', '', 643, 1, 1, 0), &
+         'the reference step does not record numerical losses', '', 581, 1, 1, 0), &
       rule_t('&method mass = ''fmpm''', not_with, '&method time = ''implicit''', mechanics, &
-         'fmpm is a series for the inverse, and implicit steps use the matrix', '&method mass = ''consistent''', 645, 1, 1, 1), &
+         'fmpm is a series for the inverse, and implicit steps use the matrix', '&method mass = ''consistent''', 583, 1, 1, 1), &
       rule_t('&method mass = ''lumped'' | ''partial'' | ''fmpm'' | ''weighted''', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', mechanics, &
-         'some nodes would have a lumped mass below 0', '&method mass = ''consistent''', 648, 1, 3, 1), &
+         'some nodes would have a lumped mass below 0', '&method mass = ''consistent''', 586, 1, 3, 1), &
       rule_t('&method solver = ''cg''', not_with, 'a mass matrix that acts and quadratic cells at an axis', mechanics, &
-         'cg is preconditioned by lumped masses, which are 0 on the axis', '&method solver = ''direct''', 653, 1, 2, 1), &
+         'cg is preconditioned by lumped masses, which are 0 on the axis', '&method solver = ''direct''', 591, 1, 2, 1), &
       rule_t('&method solver = ''cg''', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
          'cg is preconditioned by inverses of mass matrices of cells, and those of small cut cells '//'may be singular', &
-         '&method solver = ''direct''', 657, 1, 3, 1), &
+         '&method solver = ''direct''', 595, 1, 3, 1), &
       rule_t('&method time_step', requires, '&method time = ''implicit''', by_meaning, &
-         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 662, 1, 1, 0), &
-      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 664, 1, 1, 0), &
+         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 600, 1, 1, 0), &
+      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 602, 1, 1, 0), &
       rule_t('&method time_step > 0', not_with, '&method time = ''implicit'' and &method courant > 0', by_meaning, &
-         'both give the time step', 'one of both', 666, 1, 2, 0), &
+         'both give the time step', 'one of both', 604, 1, 2, 0), &
       rule_t('&method consistent_region = ''refined'' and &method mass = ''partial''', requires, &
-         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 669, 2, 1, 0), &
+         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 607, 2, 1, 0), &
       rule_t('&method courant > 0', no_effect_with, '&method time = ''static''', mechanics, &
-         'a load step has no length to limit', '', 672, 1, 1, 0), &
+         'a load step has no length to limit', '', 610, 1, 1, 0), &
       rule_t('&method scheme', no_effect_with, '&method time = ''static'' | ''implicit''', mechanics, &
-         'the scheme is the order of updates in an explicit step', '', 674, 1, 1, 0), &
+         'the scheme is the order of updates in an explicit step', '', 612, 1, 1, 0), &
       rule_t('&method mass', no_effect_without, 'a mass matrix that acts', mechanics, &
-         'a static model needs mass to extrapolate stress only', '', 676, 1, 1, 0), &
+         'a static model needs mass to extrapolate stress only', '', 614, 1, 1, 0), &
       rule_t('&method wave_speed', no_effect_with, '&method time = ''static''', mechanics, 'a load step has no length to limit', &
-         '', 678, 1, 1, 0), &
+         '', 616, 1, 1, 0), &
       rule_t('&method wave_speed and &method time = ''explicit'' | ''implicit''', no_effect_without, &
          '&method courant or &method frame = ''updated''', by_meaning, 'the step is a fraction of the largest stable one', '', &
-         680, 2, 2, 0), &
-      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 684, 1, 1, 0), &
+         618, 2, 2, 0), &
+      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 622, 1, 1, 0)]
+
+   type(rule_t), parameter :: rules_7(*) = [ &
       rule_t('&method start = ''static''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 686, 1, 1, 1), &
+         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 624, 1, 1, 1), &
       rule_t('&method start = ''static''', not_with, &
          '&material volumetric = ''b_bar'' and &material law = {laws of any strain}', not_built, &
-         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 689, 1, 2, 1), &
+         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 627, 1, 2, 1), &
       rule_t('&method start', no_effect_with, '&method time = ''static''', mechanics, 'all states are in static equilibrium', &
-         '', 693, 1, 1, 0), &
+         '', 631, 1, 1, 0), &
       rule_t('&method start', no_effect_without, '&load or &constraint displacement or &body eigenstrain', by_meaning, &
-         'nothing acts at time 0', '', 695, 1, 3, 0), &
+         'nothing acts at time 0', '', 633, 1, 3, 0), &
       rule_t('&method time = ''static''', no_effect_without, &
          '&load or &constraint displacement or &constraint velocity or &body eigenstrain', by_meaning, &
-         'nothing loads the model, and all displacements stay 0', '', 699, 1, 4, 0), &
-      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 704, &
+         'nothing loads the model, and all displacements stay 0', '', 637, 1, 4, 0), &
+      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 642, &
          1, 2, 0), &
       rule_t('&method lumped_fraction', no_effect_without, '&method mass = ''weighted'' and a mass matrix that acts', &
-         by_meaning, '', '', 707, 1, 2, 0), &
+         by_meaning, '', '', 645, 1, 2, 0), &
       rule_t('&method consistent_region', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 710, 1, 2, 0), &
+         by_meaning, '', '', 648, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 713, 1, 2, 0), &
+         by_meaning, '', '', 651, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 716, 1, 2, 0), &
+         by_meaning, '', '', 654, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 719, 1, 2, 0), &
+         'the region consists of the refined cells', '', 657, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 722, 1, 2, 0), &
+         'the region consists of the refined cells', '', 660, 1, 2, 0), &
       rule_t('&method solver = ''direct''', no_effect_with, &
          '&method time = ''explicit'' and &method mass = ''lumped'' | ''fmpm''', mechanics, 'lumped masses need no solution', &
-         '', 725, 1, 2, 0), &
-      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 728, &
+         '', 663, 1, 2, 0), &
+      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 666, &
          1, 1, 0), &
       rule_t('&output history_interval', no_effect_with, 'samples apart from load steps', by_meaning, &
-         'a row of a static history is a load step', '', 730, 1, 1, 0), &
+         'a row of a static history is a load step', '', 668, 1, 1, 0), &
       rule_t('&method scheme = ''usf''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 6 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 732, 1, 1, 1), &
+         '&method scheme = ''musl''', 670, 1, 1, 1), &
       rule_t('&method scheme = ''usavg''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 3 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 735, 1, 1, 1), &
+         '&method scheme = ''musl''', 673, 1, 1, 1), &
       rule_t('&method mass = ''lumped''', noted_with, '&growth law = {growth laws in motion}', mechanics, &
          'K of a tip at 0.6 of the speed of Rayleigh waves is up to 4 % low, and a crack that grows '// &
-         'by its toughness comes 5 % less far', '&method mass = ''weighted''', 738, 1, 1, 1), &
-      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 741, 1, 1, 0), &
+         'by its toughness comes 5 % less far', '&method mass = ''weighted''', 676, 1, 1, 1), &
+      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 679, 1, 1, 0), &
       rule_t('&refine indicator = {indicators of one body}', not_with, &
          '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 743, 1, 1, 1)]
-
-   type(rule_t), parameter :: rules_8(*) = [ &
+         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 681, 1, 1, 1), &
       rule_t('&refine indicator = {indicators of the motion}', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
-         'particles would have to move to finer cells', '&refine indicator = ''tip''', 746, 1, 3, 1), &
+         'particles would have to move to finer cells', '&refine indicator = ''tip''', 684, 1, 3, 1), &
       rule_t('&refine max_level', no_effect_without, '&refine indicator = {indicators}', by_meaning, &
-         'an indicator selects the cells to refine', '', 751, 1, 1, 0), &
-      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 753, 1, 1, 0), &
-      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 755, 1, 1, 0), &
-      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 757, 1, 1, 0), &
-      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 759, 1, 1, 0), &
-      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 761, 1, 1, 0), &
-      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 763, 1, 1, 0), &
-      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 765, 1, 1, 0), &
-      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 767, 1, 1, 0), &
-      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 769, 1, 1, 0), &
+         'an indicator selects the cells to refine', '', 689, 1, 1, 0), &
+      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 691, 1, 1, 0), &
+      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 693, 1, 1, 0), &
+      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 695, 1, 1, 0), &
+      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 697, 1, 1, 0), &
+      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 699, 1, 1, 0), &
+      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 701, 1, 1, 0), &
+      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 703, 1, 1, 0), &
+      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 705, 1, 1, 0), &
+      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 707, 1, 1, 0), &
       rule_t('&refine start', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 771, 1, 1, 0), &
+         'the indicator tip refines before the first step', '', 709, 1, 1, 0), &
       rule_t('&refine start', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 773, 1, 2, 0), &
+         mechanics, 'static refinement is between load steps', '', 711, 1, 2, 0), &
       rule_t('&refine interval', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 776, 1, 1, 0), &
+         'the indicator tip refines before the first step', '', 714, 1, 1, 0), &
       rule_t('&refine interval', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 778, 1, 2, 0), &
+         mechanics, 'static refinement is between load steps', '', 716, 1, 2, 0), &
       rule_t('&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', requires, '&crack tip', &
-         by_meaning, '', '', 781, 2, 1, 0), &
-      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 784, 1, 2, &
+         by_meaning, '', '', 719, 2, 1, 0), &
+      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 722, 1, 2, &
          0), &
-      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 787, 1, 1, 0), &
+      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 725, 1, 1, 0), &
       rule_t('&crack tip', requires, '&crack front = ''straight''', by_meaning, 'others have a place by center or points', '', &
-         789, 1, 1, 0), &
-      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 791, 1, 1, 0), &
-      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 793, 1, 1, 0), &
+         727, 1, 1, 0), &
+      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 729, 1, 1, 0)]
+
+   type(rule_t), parameter :: rules_8(*) = [ &
+      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 731, 1, 1, 0), &
       rule_t('&crack direction', no_effect_with, '&crack front = ''disc'' | ''ellipse'' | ''polygon''', by_meaning, &
-         'they are closed', '', 795, 1, 1, 0), &
-      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 797, 1, 1, 0), &
-      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 799, 1, 2, &
+         'they are closed', '', 733, 1, 1, 0), &
+      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 735, 1, 1, 0), &
+      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 737, 1, 2, &
          0), &
       rule_t('&crack tip', not_with, '&crack kind = ''path''', by_meaning, &
-         'the ends of a path inside the material are its tips', '', 802, 1, 1, 0), &
+         'the ends of a path inside the material are its tips', '', 740, 1, 1, 0), &
       rule_t('&crack name', no_effect_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack is the only one and needs no name', '', 804, 1, 1, 0), &
-      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 806, &
+         'the crack is the only one and needs no name', '', 742, 1, 1, 0), &
+      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 744, &
          1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'several cracks', not_built, &
-         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 808, 1, 1, 0), &
+         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 746, 1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'edges that are no grid lines', not_built, &
-         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 810, 1, 1, 0), &
+         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 748, 1, 1, 0), &
       rule_t('&crack length', requires, '&crack kind = ''line'' | ''plane'' and &crack front = ''straight''', by_meaning, &
-         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 812, 1, 2, 0), &
+         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 750, 1, 2, 0), &
       rule_t('&crack contact = ''frictionless'' | ''friction''', requires, '&crack kind = ''line'' | ''path'' | ''plane''', &
-         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 815, 1, 1, 0), &
+         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 753, 1, 1, 0), &
       rule_t('&crack contact = ''frictionless''', no_effect_with, 'cohesion all along it', mechanics, &
-         'faces with a cohesive zone are in contact anyway', '', 817, 1, 1, 0), &
+         'faces with a cohesive zone are in contact anyway', '', 755, 1, 1, 0), &
       rule_t('&crack contact = ''friction''', requires, '&crack friction > 0', by_meaning, '', &
-         '&crack contact = ''frictionless''', 819, 1, 1, 1), &
-      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 822, 1, 1, 0), &
-      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 824, 1, 1, 0), &
-      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 826, 1, &
+         '&crack contact = ''frictionless''', 757, 1, 1, 1), &
+      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 760, 1, 1, 0), &
+      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 762, 1, 1, 0), &
+      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 764, 1, &
          1, 0), &
-      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 828, 1, &
+      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 766, 1, &
          1, 0), &
       rule_t('&cohesive strength_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         830, 1, 1, 0), &
+         768, 1, 1, 0), &
       rule_t('&cohesive toughness_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         832, 1, 1, 0), &
-      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 834, 2, &
-         1, 0)]
-
-   type(rule_t), parameter :: rules_9(*) = [ &
+         770, 1, 1, 0), &
+      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 772, 2, &
+         1, 0), &
       rule_t('&cohesive', requires, '&method frame = ''total''', not_built, &
-         'damage is lost where cells are cut again as faces move', '', 837, 1, 1, 0), &
+         'damage is lost where cells are cut again as faces move', '', 775, 1, 1, 0), &
       rule_t('&cohesive', not_with, '&growth law = {growth laws at rest}', mechanics, &
-         'growth scales loads as in a linear body, but cohesion depends on the history', '', 839, 1, 1, 0), &
+         'growth scales loads as in a linear body, but cohesion depends on the history', '', 777, 1, 1, 0), &
       rule_t('&cohesive law = ''linear'' | ''bilinear''', requires, '&cohesive strength > 0 and &cohesive toughness > 0', &
-         by_meaning, '', '', 841, 1, 2, 0), &
-      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 844, 1, 1, 0), &
-      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 846, 1, 2, &
+         by_meaning, '', '', 779, 1, 2, 0), &
+      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 782, 1, 1, 0), &
+      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 784, 1, 2, &
          0), &
       rule_t('&cohesive strength', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 849, 1, 1, 0), &
+         'the points of the table give it', '', 787, 1, 1, 0), &
       rule_t('&cohesive toughness', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 851, 1, 1, 0), &
-      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 853, 1, 1, 0), &
-      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 855, 1, 1, 0), &
-      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 857, 1, 1, 0), &
+         'the points of the table give it', '', 789, 1, 1, 0), &
+      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 791, 1, 1, 0), &
+      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 793, 1, 1, 0), &
+      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 795, 1, 1, 0), &
       rule_t('&cohesive exponent', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 859, 1, 2, 0), &
+         'mode II has the values of mode I', '', 797, 1, 2, 0), &
       rule_t('&cohesive mixed_mode', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 862, 1, 2, 0), &
-      rule_t('&growth', requires, '&crack', by_meaning, '', '', 865, 1, 1, 0), &
+         'mode II has the values of mode I', '', 800, 1, 2, 0), &
+      rule_t('&growth', requires, '&crack', by_meaning, '', '', 803, 1, 1, 0), &
       rule_t('&growth', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'a crack grows by G, K_I and K_II', '', 867, 1, 1, 0), &
-      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 869, 1, 1, &
+         'a crack grows by G, K_I and K_II', '', 805, 1, 1, 0), &
+      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 807, 1, 1, &
          0), &
-      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 871, 2, 1, &
+      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 809, 2, 1, &
          0), &
       rule_t('&growth law = {growth laws at rest}', not_with, 'growth by laws of both kinds', not_built, '', 'laws of one kind', &
-         874, 1, 1, 0), &
-      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 876, 1, 1, 0), &
+         812, 1, 1, 0), &
+      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 814, 1, 1, 0), &
       rule_t('&growth law = {growth laws in motion}', requires, '&method time = ''explicit'' | ''implicit''', by_meaning, &
-         'a static model has no time', '', 878, 1, 1, 0), &
+         'a static model has no time', '', 816, 1, 1, 0), &
       rule_t('&growth law = {growth laws at rest by toughness}', requires, '&growth increment > 0 and &growth toughness > 0', &
-         by_meaning, '', '', 880, 1, 2, 0), &
+         by_meaning, '', '', 818, 1, 2, 0)]
+
+   type(rule_t), parameter :: rules_9(*) = [ &
       rule_t('&growth law = {growth laws in cycles}', requires, &
-         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 883, 1, 3, 0), &
+         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 821, 1, 3, 0), &
       rule_t('&growth law = {growth laws in cycles}', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are held do not change in a cycle', '', 887, 1, 1, 0), &
+         'loads and motions that are held do not change in a cycle', '', 825, 1, 1, 0), &
       rule_t('&growth rate = ''walker'' | ''forman''', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', &
-         889, 1, 1, 0), &
-      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 891, 1, 1, 0), &
-      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 893, &
+         827, 1, 1, 0), &
+      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 829, 1, 1, 0), &
+      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 831, &
          1, 1, 0), &
       rule_t('&growth wheeler_exponent', requires, '&growth wheeler_stress > 0', mechanics, 'plastic zones depend on it', '', &
-         895, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 897, 1, 1, 0), &
+         833, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 835, 1, 1, 0), &
       rule_t('&growth tips = ''largest''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         'each tip has a rate of its own', '&growth tips = ''all''', 899, 1, 1, 1), &
-      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 902, 1, 1, 0), &
-      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 904, 1, 1, 0), &
-      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 906, 1, 1, 0), &
-      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 908, 1, 1, 0), &
-      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 910, 1, 1, 0), &
+         'each tip has a rate of its own', '&growth tips = ''all''', 837, 1, 1, 1), &
+      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 840, 1, 1, 0), &
+      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 842, 1, 1, 0), &
+      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 844, 1, 1, 0), &
+      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 846, 1, 1, 0), &
+      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 848, 1, 1, 0), &
       rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 912, 2, 1, 0), &
+         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 850, 2, 1, 0), &
       rule_t('&constraint start and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 915, 2, 1, 0), &
+         '&cycles tells how loads change', '', 853, 2, 1, 0), &
       rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, &
-         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 918, 2, 1, 0), &
+         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 856, 2, 1, 0), &
       rule_t('&load start and &load held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 921, 2, 1, 0), &
+         '&cycles tells how loads change', '', 859, 2, 1, 0), &
       rule_t('&constraint velocity and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', &
-         mechanics, '&cycles tells how much is moved; give a displacement', '', 924, 2, 1, 0), &
+         mechanics, '&cycles tells how much is moved; give a displacement', '', 862, 2, 1, 0), &
       rule_t('&control quantity = ''load'' | ''displacement''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '&control quantity = ''growth''', 927, 1, 1, 1), &
+         '&cycles tells how loads change', '&control quantity = ''growth''', 865, 1, 1, 1), &
       rule_t('&constraint held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
-         'only growth at rest scales loads and motions', '', 930, 1, 2, 0)]
+         'only growth at rest scales loads and motions', '', 868, 1, 2, 0), &
+      rule_t('&load held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
+         'only growth at rest scales loads and motions', '', 871, 1, 2, 0), &
+      rule_t('&constraint held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
+         'growth scales loads and motions that are not held, so that G is the toughness', '', 874, 2, 1, 0), &
+      rule_t('&load held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
+         'growth scales loads and motions that are not held, so that G is the toughness', '', 877, 2, 1, 0), &
+      rule_t('&control', requires, '&growth law = {growth laws at rest}', not_built, &
+         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 880, 1, 1, 0), &
+      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 882, 1, 1, 0), &
+      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 884, 1, 1, 0), &
+      rule_t('&control history', no_effect_with, '&control quantity = ''growth''', mechanics, &
+         'load and displacement follow the crack', '', 886, 1, 1, 0), &
+      rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
+         'load and displacement follow the crack', '', 888, 1, 1, 0), &
+      rule_t('&control', not_with, 'growth scales forces beside motions', mechanics, &
+         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 890, 1, 1, 0), &
+      rule_t('&constraint velocity and &constraint held = .false.', not_with, '&control', mechanics, &
+         'the frame tells how much is moved; give a displacement', '', 892, 2, 1, 0), &
+      rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
+         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 895, 2, 1, 0), &
+      rule_t('&constraint start and &constraint held = .false.', not_with, '&control', mechanics, &
+         'the frame tells how loads change, by its start', '', 898, 2, 1, 0), &
+      rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, '&control', &
+         mechanics, 'the frame tells how loads change, by its history', '', 901, 2, 1, 0), &
+      rule_t('&load start and &load held = .false.', not_with, '&control', mechanics, &
+         'the frame tells how loads change, by its start', '', 904, 2, 1, 0), &
+      rule_t('&load on = ''crack'' and &load held = .false.', not_with, '&control', not_built, &
+         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 907, 2, 1, 0), &
+      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 910, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 912, &
+         1, 1, 0), &
+      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 914, &
+         1, 1, 0), &
+      rule_t('&growth speed', requires, '&growth law = ''prescribed''', by_meaning, '', '', 916, 1, 1, 0), &
+      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 918, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_10(*) = [ &
-      rule_t('&load held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
-         'only growth at rest scales loads and motions', '', 933, 1, 2, 0), &
-      rule_t('&constraint held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 936, 2, 1, 0), &
-      rule_t('&load held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 939, 2, 1, 0), &
-      rule_t('&control', requires, '&growth law = {growth laws at rest}', not_built, &
-         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 942, 1, 1, 0), &
-      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 944, 1, 1, 0), &
-      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 946, 1, 1, 0), &
-      rule_t('&control history', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 948, 1, 1, 0), &
-      rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 950, 1, 1, 0), &
-      rule_t('&control', not_with, 'growth scales forces beside motions', mechanics, &
-         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 952, 1, 1, 0), &
-      rule_t('&constraint velocity and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how much is moved; give a displacement', '', 954, 2, 1, 0), &
-      rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 957, 2, 1, 0), &
-      rule_t('&constraint start and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 960, 2, 1, 0), &
-      rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, '&control', &
-         mechanics, 'the frame tells how loads change, by its history', '', 963, 2, 1, 0), &
-      rule_t('&load start and &load held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 966, 2, 1, 0), &
-      rule_t('&load on = ''crack'' and &load held = .false.', not_with, '&control', not_built, &
-         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 969, 2, 1, 0), &
-      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 972, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 974, &
-         1, 1, 0), &
-      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 976, &
-         1, 1, 0), &
-      rule_t('&growth speed', requires, '&growth law = ''prescribed''', by_meaning, '', '', 978, 1, 1, 0), &
-      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 980, 1, 1, 0), &
-      rule_t('&growth rate_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 982, 1, 1, 0), &
-      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 984, 1, 1, 0), &
-      rule_t('&growth threshold', requires, '&growth law = ''fatigue''', by_meaning, '', '', 986, 1, 1, 0), &
-      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 988, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 990, 1, 1, 0), &
+      rule_t('&growth rate_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 920, 1, 1, 0), &
+      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 922, 1, 1, 0), &
+      rule_t('&growth threshold', requires, '&growth law = ''fatigue''', by_meaning, '', '', 924, 1, 1, 0), &
+      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 926, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 928, 1, 1, 0), &
       rule_t('&growth increment', requires, '&growth law = {growth laws at rest}', by_meaning, &
-         'dynamic growth advances in each time step', '', 992, 1, 1, 0), &
-      rule_t('&growth limit_speed', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, '', '', 994, 1, &
+         'dynamic growth advances in each time step', '', 930, 1, 1, 0), &
+      rule_t('&growth limit_speed', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, '', '', 932, 1, &
          1, 0), &
-      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 996, 1, 1, 0), &
-      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 998, &
+      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 934, 1, 1, 0), &
+      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 936, &
          1, 1, 0), &
-      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 1000, 1, &
+      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 938, 1, &
          1, 0), &
-      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 1002, 1, &
+      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 940, 1, &
          1, 0), &
-      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 1004, &
+      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 942, &
          1, 1, 0), &
       rule_t('&growth speeds', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, &
-         'a tip at rest has no speed', '', 1006, 1, 1, 0), &
-      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 1008, &
+         'a tip at rest has no speed', '', 944, 1, 1, 0), &
+      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 946, &
          1, 1, 0), &
-      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 1010, 1, 1, 0), &
-      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1012, 1, 1, &
+      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 948, 1, 1, 0), &
+      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 950, 1, 1, &
          0), &
-      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1014, 1, &
+      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 952, 1, &
          1, 0), &
-      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 1016, 1, &
+      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 954, 1, &
          1, 0), &
-      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 1018, 1, 1, 0), &
+      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 956, 1, 1, 0), &
       rule_t('&growth start', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', &
-         1020, 1, 1, 0)]
-
-   type(rule_t), parameter :: rules_11(*) = [ &
-      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 1022, &
+         958, 1, 1, 0), &
+      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 960, &
          1, 1, 0), &
-      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 1024, 1, 1, 0), &
-      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 1026, 1, 1, 0), &
+      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 962, 1, 1, 0), &
+      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 964, 1, 1, 0), &
       rule_t('&growth direction = ''path''', not_with, '&growth law = {growth laws at rest}', not_built, &
-         'static growth follows a criterion or the crack''s own line', '', 1028, 1, 1, 0), &
+         'static growth follows a criterion or the crack''s own line', '', 966, 1, 1, 0), &
       rule_t('&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy'' | ''path''', not_with, &
          '&crack kind = ''symmetry''', mechanics, 'the crack stays on its symmetry plane', '&growth direction = ''straight''', &
-         1030, 1, 1, 1), &
+         968, 1, 1, 1), &
       rule_t('&growth tips = ''last'' | ''first''', not_with, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''largest''', 1033, 1, 1, 1), &
+         '&growth tips = ''largest''', 971, 1, 1, 1), &
       rule_t('&growth tips = ''largest''', requires, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''all''', 1036, 1, 1, 1), &
+         '&growth tips = ''all''', 974, 1, 1, 1), &
       rule_t('&growth tips = ''first''', not_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack has one tip, its last point', '', 1039, 1, 1, 0), &
+         'the crack has one tip, its last point', '', 977, 1, 1, 0), &
       rule_t('&growth tips = ''largest'' | ''last''', no_effect_with, '&crack kind = ''symmetry''', mechanics, &
-         'the crack has one tip', '', 1041, 1, 1, 0), &
-      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1043, 1, 1, 0), &
-      rule_t('&nucleation and several cracks', requires, '&nucleation crack', by_meaning, 'the name selects the crack', '', &
-         1045, 2, 1, 0), &
-      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1048, 1, 1, 0), &
+         'the crack has one tip', '', 979, 1, 1, 0), &
+      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 981, 1, 1, 0), &
+      rule_t('&nucleation and several cracks', requires, '&nucleation crack', by_meaning, 'the name selects the crack', '', 983, &
+         2, 1, 0), &
+      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 986, 1, 1, 0), &
       rule_t('&nucleation', requires, '&method time = ''static''', not_built, &
-         'cracks appear at rest; in motion &cohesive parts faces', '', 1050, 1, 1, 0), &
+         'cracks appear at rest; in motion &cohesive parts faces', '', 988, 1, 1, 0), &
       rule_t('&nucleation', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are not held are scaled until the crack appears', '', 1052, 1, 1, 0), &
+         'loads and motions that are not held are scaled until the crack appears', '', 990, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack kind = ''symmetry''', not_built, 'the whole body tells the energy of a new crack', &
-         '', 1054, 1, 1, 0), &
+         '', 992, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&control', not_built, 'what a new crack releases depends on the stiffness of the frame', &
-         '', 1056, 1, 1, 0), &
-      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1058, &
+         '', 994, 1, 1, 0), &
+      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 996, &
          1, 1, 0), &
       rule_t('&nucleation', not_with, '&load on = ''crack''', not_built, &
-         'a pressure does work on the faces of a new crack at once', '', 1060, 1, 1, 0), &
+         'a pressure does work on the faces of a new crack at once', '', 998, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1062, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1000, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&constraint unilateral = .true.', not_built, &
-         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1065, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1003, 1, 1, 1)]
+
+   type(rule_t), parameter :: rules_11(*) = [ &
       rule_t('&nucleation', not_with, '&material law = {laws of any strain}', not_built, &
-         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1068, &
+         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1006, &
          1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws with a history}', mechanics, &
          'what is stored before and after does not tell what a new crack releases', &
-         '&material law = ''linear_elastic'' | ''orthotropic''', 1071, 1, 1, 1), &
-      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1074, 1, 1, 0), &
+         '&material law = ''linear_elastic'' | ''orthotropic''', 1009, 1, 1, 1), &
+      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1012, 1, 1, 0), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, 'tips at no nodes', mechanics, &
-         'virtual crack closure needs a tip at a node', '''domain_integral''', 1076, 1, 1, 1), &
+         'virtual crack closure needs a tip at a node', '''domain_integral''', 1014, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, &
          '&growth and &crack kind = ''symmetry'' and a plane', mechanics, &
-         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1079, 1, 3, &
+         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1017, 1, 3, &
          1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, '&cohesive', mechanics, &
-         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1084, 1, 1, 1), &
+         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1022, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of elastic material}', not_with, '&material law = {laws with a history}', &
-         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1087, 1, 1, 1), &
+         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1025, 1, 1, 1), &
       rule_t('&energy_release estimators = ''stress_closure''', not_with, '&load on = ''crack''', mechanics, &
-         'the derivation assumes traction-free crack faces', '''domain_integral''', 1090, 1, 1, 1), &
+         'the derivation assumes traction-free crack faces', '''domain_integral''', 1028, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of isotropic material}', not_with, '&material law = ''orthotropic''', &
-         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1093, 1, 1, 1), &
+         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1031, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, &
          '&crack contact = ''frictionless'' | ''friction''', mechanics, 'the estimator assumes traction-free crack faces', &
-         '''domain_integral''', 1096, 1, 1, 1), &
+         '''domain_integral''', 1034, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load on = ''crack''', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1099, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1037, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load face = ''left'' | ''right''', &
-         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1102, 1, 1, 1), &
+         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1040, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&cohesive', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1105, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1043, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&growth', not_built, &
-         'the estimator is for stationary tips', '''domain_integral''', 1108, 1, 1, 1), &
+         'the estimator is for stationary tips', '''domain_integral''', 1046, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&nucleation', not_built, &
-         'the estimator is for tips that are there from the start', '''domain_integral''', 1111, 1, 1, 1), &
+         'the estimator is for tips that are there from the start', '''domain_integral''', 1049, 1, 1, 1), &
       rule_t('&energy_release estimators = ''domain_integral''', warned_with, '&material law = {laws with a history}', &
          mechanics, 'J depends on its domain where material yields or creeps; K, modes and errors are not '// &
-         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1114, 1, 1, 0), &
+         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1052, 1, 1, 0), &
       rule_t('&energy_release estimators = ''material_force''', warned_with, '&material law = {laws with a history}', mechanics, &
-         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1116, 1, 1, &
+         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1054, 1, 1, &
          0), &
       rule_t('&energy_release t_stress = .true.', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'the T-stress is an interaction integral', '', 1118, 1, 1, 0), &
+         'the T-stress is an interaction integral', '', 1056, 1, 1, 0), &
       rule_t('&energy_release t_stress = .true.', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1120, 1, 1, 0), &
+         'the fields that the integral is with are those of elastic material', '', 1058, 1, 1, 0), &
       rule_t('&energy_release t_stress = .true.', not_with, '&growth law = {growth laws in motion}', mechanics, &
-         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1122, 1, 1, &
-         0)]
-
-   type(rule_t), parameter :: rules_12(*) = [ &
+         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1060, 1, 1, &
+         0), &
       rule_t('&energy_release phase_length', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'K of an interface is an interaction integral', '', 1124, 1, 1, 0), &
+         'K of an interface is an interaction integral', '', 1062, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1126, 1, 1, 0), &
+         'the fields that the integral is with are those of elastic material', '', 1064, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = ''orthotropic''', not_built, &
-         'the fields that the integral is with are those of isotropic materials', '', 1128, 1, 1, 0), &
+         'the fields that the integral is with are those of isotropic materials', '', 1066, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack kind = ''symmetry''', mechanics, &
-         'beyond a symmetry plane is the same material', '', 1130, 1, 1, 0), &
+         'beyond a symmetry plane is the same material', '', 1068, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack contact = ''frictionless'' | ''friction''', mechanics, &
-         'faces that touch at an interface have other fields at the tip', '', 1132, 1, 1, 0), &
+         'faces that touch at an interface have other fields at the tip', '', 1070, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&growth law = {growth laws in motion}', not_built, &
-         'the fields that the integral is with are those of a tip at rest', '', 1134, 1, 1, 0), &
+         'the fields that the integral is with are those of a tip at rest', '', 1072, 1, 1, 0), &
       rule_t('&energy_release radii', no_effect_without, '&energy_release estimators = {estimators by radii}', by_meaning, '', &
-         '', 1136, 1, 1, 0), &
-      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1138, &
+         '', 1074, 1, 1, 0), &
+      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1076, &
          1, 1, 0), &
-      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1140, 1, &
+      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1078, 1, &
          1, 0), &
       rule_t('&energy_release reference = ''dcb''', requires, &
          '&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', mechanics, &
-         'the closed form is for a crack along the beam', '', 1142, 1, 2, 0), &
+         'the closed form is for a crack along the beam', '', 1080, 1, 2, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, 'several bodies', mechanics, 'the closed form is for one beam', &
-         'reference = ''value''', 1145, 1, 1, 0), &
+         'reference = ''value''', 1083, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&material law = ''orthotropic''', mechanics, &
-         'the closed form is for isotropic material', 'reference = ''value''', 1147, 1, 1, 0), &
+         'the closed form is for isotropic material', 'reference = ''value''', 1085, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&load kind = ''pressure'' | ''gravity''', mechanics, &
-         'the closed form is for forces', 'reference = ''value''', 1149, 1, 1, 0), &
+         'the closed form is for forces', 'reference = ''value''', 1087, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&growth', mechanics, 'the closed form is for a stationary crack', &
-         '', 1151, 1, 1, 0), &
-      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1153, 1, 1, 0), &
-      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1155, 1, 1, 0), &
-      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1157, 1, 1, 0), &
-      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1159, 1, 1, 0), &
+         '', 1089, 1, 1, 0), &
+      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1091, 1, 1, 0), &
+      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1093, 1, 1, 0), &
+      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1095, 1, 1, 0), &
+      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1097, 1, 1, 0), &
       rule_t('&probe at', requires, '&probe quantity = ''displacement'' | ''velocity'' | ''stress'' | ''strain''', by_meaning, &
-         '', '', 1161, 1, 1, 0), &
+         '', '', 1099, 1, 1, 0), &
       rule_t('&probe quantity = ''velocity''', not_with, '&method time = ''static''', mechanics, &
-         'a static model has no velocity', '', 1163, 1, 1, 0), &
-      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1165, 1, 1, 0), &
-      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1167, 1, 1, 0), &
+         'a static model has no velocity', '', 1101, 1, 1, 0)]
+
+   type(rule_t), parameter :: rules_12(*) = [ &
+      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1103, 1, 1, 0), &
+      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1105, 1, 1, 0), &
       rule_t('&probe quantity = ''opening'' | ''volume'' and several cracks', requires, '&probe of', by_meaning, &
-         'the name selects the crack', '', 1169, 2, 1, 0), &
+         'the name selects the crack', '', 1107, 2, 1, 0), &
       rule_t('&probe quantity = ''load_line''', requires, '&probe of', by_meaning, 'the name selects the load or constraint', &
-         '', 1172, 1, 1, 0), &
+         '', 1110, 1, 1, 0), &
       rule_t('&probe quantity = ''load_line''', not_with, '&probe quantity = ''opening'' | ''volume''', by_meaning, &
-         'of is a crack there', 'two probes', 1174, 1, 1, 0), &
-      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1176, 1, &
+         'of is a crack there', 'two probes', 1112, 1, 1, 0), &
+      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1114, 1, &
          1, 0), &
-      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1178, 1, 1, 0), &
-      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1180, 1, 1, 0), &
-      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1182, 1, 1, 0), &
-      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1184, 1, 1, 0)]
+      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1116, 1, 1, 0), &
+      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1118, 1, 1, 0), &
+      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1120, 1, 1, 0), &
+      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1122, 1, 1, 0)]
 
    type(rule_t), parameter :: rules(*) = [rules_1, rules_2, rules_3, rules_4, rules_5, rules_6, rules_7, rules_8, rules_9, &
       rules_10, rules_11, rules_12]

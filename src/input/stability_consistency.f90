@@ -78,7 +78,6 @@ contains
       if (ndim > 2) of_plane = 'in a solid'
       why = ''
       if (any(crosses_cells(model, model%bodies))) why = ' for material that moves through the cells'
-      if (model%method%time_steps == 'local') why = why//' with time_steps = ''local'''
       if (model%damping%rate > 0) why = why//' with this damping'
       call settings%complain(entry, 'courant', 'must be at most '//to_text(limit)//', not '// &
                              to_text(model%method%courant)//', with wave_speed = '''//trim(model%method%wave_speed)// &

@@ -41,7 +41,6 @@ module hampm_dofs
       procedure :: distribute
       procedure :: condense
       procedure :: mark_masters
-      procedure :: share_least
    end type dofs_t
 
 contains
@@ -244,22 +243,4 @@ contains
          if (marked(self%n_nodes + k)) marked(self%master(self%first_master(k):self%first_master(k + 1) - 1)) = .true.
       end do
    end subroutine mark_masters
-
-   !> Let the masters of a hanging node have its value where that is less than theirs, and then hanging nodes the least value of
-   !> their masters.
-   pure subroutine share_least(self, value)
-      class(dofs_t), intent(in) :: self
-      integer, intent(inout) :: value(:)         !! by node, hanging nodes included
-      integer :: k, j
-      do k = 1, self%n_hanging
-         do j = self%first_master(k), self%first_master(k + 1) - 1
-            value(self%master(j)) = min(value(self%master(j)), value(self%n_nodes + k))
-         end do
-      end do
-      do k = 1, self%n_hanging
-         do j = self%first_master(k), self%first_master(k + 1) - 1
-            value(self%n_nodes + k) = min(value(self%n_nodes + k), value(self%master(j)))
-         end do
-      end do
-   end subroutine share_least
 end module hampm_dofs

@@ -1,23 +1,20 @@
 !> Order of the particles of the cells in memory, for fast passes over them (`hampm_particle_pass`): its only owner.
 !>
-!> Cells with particles form blocks of `lanes`, in the order of the grid: a pass does the cells of a block side by side. With local
-!> time steps the cells of a block are of one group, and blocks stand in the order of the groups (`hampm_step_groups`). If all cells
-!> of a block have the same number of particles, these stand in rows: the first of each cell, then the second of each, and so on;
-!> else cell after cell. The particles of a cell e are always those from `first_in(e)` to `last_in(e)` by `stride_in(e)`;
+!> Cells with particles form blocks of `lanes`, in the order of the grid: a pass does the cells of a block side by side. If all
+!> cells of a block have the same number of particles, these stand in rows: the first of each cell, then the second of each, and so
+!> on; else cell after cell. The particles of a cell e are always those from `first_in(e)` to `last_in(e)` by `stride_in(e)`;
 !> nothing outside the kernels needs to know more.
 module hampm_cell_blocks
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_forest, only: deepest
    use hampm_dofs, only: element_of_slot, corner_of_slot
    use hampm_grid, only: grid_t
    use hampm_text, only: to_text
-   use hampm_step_groups, only: step_groups_t, find_groups
    implicit none
    private
    public :: cell_blocks_t, support_t, resize_to_elements, form_blocks, place_blocks, find_materials, &
-             are_in_row, smallest_occupied_cell, lanes, of_mass, of_momentum, of_force, n_sums
+             smallest_occupied_cell, lanes, of_mass, of_momentum, of_force, n_sums
 
    integer, parameter :: lanes = 4               !! cells of a block
 
@@ -77,9 +74,6 @@ module hampm_cell_blocks
       integer, allocatable :: high_valence(:, :)        !! nodes with more than `corners` occupied cells, and where the
                                                         !! contributions of the others to the mass stand, in order; (2, cells)
       logical, allocatable :: is_high_valence(:)        !! whether a node is one of these; not allocated if there are none
-      ! With local time steps
-      logical :: by_group = .false.                     !! whether the cells of a block are of one group
-      type(step_groups_t) :: groups
       ! Passes by supports (`hampm_support_pass`)
       logical :: by_supports = .false.                  !! whether bilinear cells are passed so, too
       type(support_t), allocatable :: supports(:)       !! the cells with particles, where they are; else not allocated
@@ -102,7 +96,7 @@ contains
                      blocks%first, blocks%rows, blocks%is_even, blocks%material, blocks%alike)
       end if
       blocks%n = 0
-      associate (most => (n_elements - 1)/lanes + 1 + deepest)  ! of each group the last block may not be full
+      associate (most => (n_elements - 1)/lanes + 1)
          allocate (blocks%count_in(n_elements), blocks%first_in(n_elements), blocks%last_in(n_elements), &
                    blocks%stride_in(n_elements), blocks%occupied(n_elements), blocks%cells(lanes, most), blocks%first(most), &
                    blocks%rows(most), blocks%is_even(most), blocks%material(most), blocks%alike(most), stat=status)
@@ -121,17 +115,9 @@ contains
       type(cell_blocks_t), intent(inout) :: blocks
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: cell_of(:)          !! the element of each particle
-      integer, allocatable :: cells(:)
-      integer :: n
       call count_cells(blocks, cell_of, merge(corners, 1, grid%is_quadratic()))
       blocks%sorts = blocks%sorts + 1
-      if (blocks%by_group) then
-         call find_groups(grid, blocks%occupied(:blocks%n_occupied), blocks%groups)
-         call order_by_group(blocks%groups, blocks%occupied(:blocks%n_occupied), cells, n)
-         call fill_blocks(blocks, n, cells)
-      else
-         call fill_blocks(blocks, blocks%n_occupied, blocks%occupied)
-      end if
+      call fill_blocks(blocks)
    end subroutine form_blocks
 
    !> Count the particles of each cell. Elements that belong together, the quarters of a quadratic cell, are all occupied if one is:
@@ -154,61 +140,21 @@ contains
       end do
    end subroutine count_cells
 
-   !> Order cells by group, the finest first, within it first those kicked between their turns; 0 fills up a group's last block.
-   pure subroutine order_by_group(groups, occupied, cells, n)
-      type(step_groups_t), intent(in) :: groups
-      integer, intent(in) :: occupied(:)
-      integer, allocatable, intent(out) :: cells(:)
-      integer, intent(out) :: n                         !! number of `cells`, with those that are 0
-      integer :: next(2, 0:groups%largest)              ! where the next cell stands of a group, and of a kind: kicked so or not
-      integer :: g, kind, k
-      next = 0
-      do k = 1, size(occupied)
-         kind = kind_of(occupied(k))
-         g = groups%of_cell(occupied(k))
-         next(kind, g) = next(kind, g) + 1
-      end do
-      n = 0
-      do g = 0, groups%largest
-         do kind = 1, 2
-            k = next(kind, g)
-            next(kind, g) = n + 1
-            n = n + k
-         end do
-         n = lanes*((n + lanes - 1)/lanes)
-      end do
-      allocate (cells(n), source=0)
-      do k = 1, size(occupied)
-         kind = kind_of(occupied(k))
-         g = groups%of_cell(occupied(k))
-         cells(next(kind, g)) = occupied(k)
-         next(kind, g) = next(kind, g) + 1
-      end do
-   contains
-      !> 1 for a cell that is kicked between its turns, else 2.
-      pure integer function kind_of(e)
-         integer, intent(in) :: e
-         kind_of = merge(1, 2, groups%kick_interval(e) < groups%of_cell(e))
-      end function kind_of
-   end subroutine order_by_group
-
-   !> Fill blocks with listed cells, note whether that changes them, and find where the particles of these will stand.
-   subroutine fill_blocks(blocks, n, listed)
+   !> Fill blocks with the occupied cells, note whether that changes them, and find where the particles of these will stand.
+   subroutine fill_blocks(blocks)
       type(cell_blocks_t), intent(inout) :: blocks
-      integer, intent(in) :: n
-      integer, intent(in) :: listed(*)           !! 0 for none
       integer :: b, l, e, place, cells(lanes), counts(lanes)
       logical :: changed
-      changed = blocks%n /= (n - 1)/lanes + 1
-      blocks%n = (n - 1)/lanes + 1
+      changed = blocks%n /= (blocks%n_occupied - 1)/lanes + 1
+      blocks%n = (blocks%n_occupied - 1)/lanes + 1
       blocks%first_in = 1
       blocks%last_in = 0
       blocks%stride_in = 1
       place = 1
       do b = 1, blocks%n
          cells = 0
-         l = min(lanes*b, n)
-         cells(:l - lanes*(b - 1)) = listed(lanes*(b - 1) + 1:l)
+         l = min(lanes*b, blocks%n_occupied)
+         cells(:l - lanes*(b - 1)) = blocks%occupied(lanes*(b - 1) + 1:l)
          if (.not. changed) changed = any(blocks%cells(:, b) /= cells)
          blocks%cells(:, b) = cells
          blocks%first(b) = place

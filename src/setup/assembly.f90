@@ -15,7 +15,6 @@ module hampm_assembly
    use hampm_plane_cuts, only: plane_cut_t
    use hampm_integrator, only: integrator_t
    use hampm_load_placement, only: into_half
-   use hampm_local_leapfrog, only: local_leapfrog_t
    use hampm_joints, only: velocity_fields_of
    use hampm_outline, only: outline_t
    use hampm_mass_choice, only: new_mass_choice
@@ -137,8 +136,6 @@ contains
          allocate (integrator, source=implicit)
       else if (model%method%path == 'reference') then
          allocate (reference_t :: integrator)
-      else if (model%method%time_steps == 'local') then
-         allocate (local_leapfrog_t :: integrator)
       else
          allocate (explicit_t :: integrator)
       end if
@@ -305,7 +302,6 @@ contains
       m%particles%thickness = model%run%thickness
       if (model%run%thickness%is_ring) allocate (m%particles%widening(m%particles%n), source=0.0_dp)
       m%particles%total_frame = model%method%frame == 'total'
-      m%blocks%by_group = model%method%time_steps == 'local'
       first = 1
       do k = 1, size(model%bodies)
          associate (b => model%bodies(k))

@@ -34,7 +34,6 @@ contains
       call switch(s, .true., .true., failure)
       if (.not. failure%failed()) call s%integrator%initialise(s%problem, s%longest_step, failure)
       call adapt_static(s, failure)
-      call s%integrator%finish()
       call move_alloc(motion, s%integrator)
       if (failure%failed()) return
       if (s%model%method%time == 'explicit') deallocate (s%problem%state%displacement)

@@ -35,7 +35,6 @@ module hampm_equilibrium
       real(dp), private :: at_first = 0          !! energy of eigenstrains in the first equilibrium that is not work of loads [J]
       logical :: forgets_mesh = .false.          !! whether the state is independent of the path: nothing has grown
    contains
-      procedure :: choose_steps
       procedure :: advance
       procedure :: initialise
       procedure :: rescale
@@ -47,18 +46,6 @@ module hampm_equilibrium
    end type equilibrium_t
 
 contains
-
-   !> A time is one load step.
-   subroutine choose_steps(self, m, time, limit, steps, dt)
-      class(equilibrium_t), intent(inout) :: self
-      type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: time               !! [s]
-      real(dp), intent(in) :: limit              !! not asked [s]
-      integer(long), intent(out) :: steps
-      real(dp), intent(out) :: dt                !! [s]
-      steps = 1
-      dt = time
-   end subroutine choose_steps
 
    !> Advance by a load step. Fails where no equilibrium is found.
    subroutine advance(self, m, dt, failure)

@@ -14,7 +14,6 @@ module hampm_integrator
       logical :: is_static = .false.             !! whether a step ends in equilibrium
       logical :: ends_at_rows = .true.           !! whether steps end at the times of rows; else a row is at the end of its step
       real(dp) :: distance_to_equilibrium = -1   !! of the last such step, see `equilibrium_t` [-]
-      integer :: largest = 0                     !! a step is 2**largest time steps of the smallest cells
    contains
       procedure :: choose_steps
       procedure(advance), deferred :: advance
@@ -22,7 +21,6 @@ module hampm_integrator
       procedure :: note_start
       procedure :: go_to_start
       procedure :: rescale
-      procedure :: finish
       procedure :: serialise
    end type integrator_t
 
@@ -33,22 +31,22 @@ module hampm_integrator
          import :: integrator_t, problem_t, failure_t, dp
          class(integrator_t), intent(inout) :: self
          type(problem_t), intent(inout) :: m
-         real(dp), intent(in) :: dt              !! time step of the smallest cells [s]
+         real(dp), intent(in) :: dt              !! [s]
          type(failure_t), intent(inout) :: failure
       end subroutine advance
    end interface
 
 contains
 
-   !> Choose into how many steps, of which length, a time is divided: equal ones.
-   subroutine choose_steps(self, m, time, limit, steps, dt)
-      class(integrator_t), intent(inout) :: self
-      type(problem_t), intent(in) :: m
+   !> Choose into how many equal steps a time is divided: a single one to equilibrium.
+   subroutine choose_steps(self, time, limit, steps, dt)
+      class(integrator_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]
-      real(dp), intent(in) :: limit              !! longest time step that is stable for the smallest cells [s]
+      real(dp), intent(in) :: limit              !! longest time step that is stable [s]
       integer(long), intent(out) :: steps
-      real(dp), intent(out) :: dt                !! time step of the smallest cells, not above the limit [s]
-      steps = steps_for(time, limit)
+      real(dp), intent(out) :: dt                !! [s]
+      steps = 1
+      if (.not. self%is_static) steps = steps_for(time, limit)
       dt = time/steps
    end subroutine choose_steps
 
@@ -81,19 +79,11 @@ contains
       type(failure_t), intent(inout) :: failure
    end subroutine rescale
 
-   !> Release all memory that is not needed after the last step. Here nothing.
-   subroutine finish(self)
-      class(integrator_t), intent(inout) :: self
-   end subroutine finish
-
-   !> Archive the data that steps need of earlier ones.
+   !> Archive the data that steps need of earlier ones. Here nothing.
    subroutine serialise(self, m, archive)
       class(integrator_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
-      call archive%serialise('largest_group', self%largest)
-      if (self%largest < 0 .or. self%largest > m%blocks%groups%largest) &
-         call archive%refuse('its time steps are not those of its cells')
    end subroutine serialise
 
    !> Book a step at the end of which all particles stay in the cells in which they are.

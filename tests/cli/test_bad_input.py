@@ -263,19 +263,6 @@ def test_positions_are_shown_without_their_rounding(hampm, tmp_path):
     assert "0000000" not in result.stderr
 
 
-@pytest.mark.parametrize(("old", "new", "key", "phrase"), [
-    ("'musl'", "'usf'\n  time_steps = 'local'", "time_steps", "requires scheme = 'musl'"),
-    ("'musl'", "'musl'\n  mass = 'consistent'\n  time_steps = 'local'", "time_steps", "requires mass = 'lumped'"),
-    ("courant = 0.1", "time_steps = 'local'\n  courant = 0.96", "courant", "must be at most 0.9"),
-])
-def test_what_local_time_steps_do_not_go_with(hampm, tmp_path, old, new, key, phrase):
-    text = changed((old, new), ("frame = 'updated'", "frame = 'total'"))
-    (tmp_path / "case.nml").write_text(text)
-    result = hampm("case.nml")
-    assert_refused(result, 2, f"case.nml:{line_of(text, f'{key} = ')}: &method {key} = ", phrase)
-    assert len(result.stderr.splitlines()) == 1
-
-
 PLASTIC = "law = 'j2_plastic'\n  yield_stress = 1e8"
 VISCOUS = "law = 'viscoelastic'\n  moduli = 1e9\n  relaxation_times = 1.0"
 ELASTIC = "law = 'linear_elastic'"
@@ -295,11 +282,7 @@ AT_REST = ("courant = 0.1", "time = 'static'"), ("frame = 'updated'", "frame = '
     (VISCOUS.replace("1e9", "3e10"), [NO_CLOSURE], "moduli = 3e10: ", "must have a sum of at most 2.6923076923076923e10 [Pa], the instantaneous shear modulus"),
     (ELASTIC.replace("linear_elastic", "neo_hookean") + "\n  volumetric = 'b_bar'", AT_REST, "volumetric = 'b_bar' ",
      "is not allowed with &method time = 'static' and law = 'neo_hookean'"),
-    (ELASTIC + "\n  volumetric = 'b_bar'", [("'musl'", "'musl'\n  time_steps = 'local'"), ("'updated'", "'total'")], "time_steps = 'local' ",
-     "is not allowed with &material 'aluminium' volumetric = 'b_bar'"),
     (PLASTIC, [], "&energy_release estimators", "'stress_closure' is not allowed with &material 'aluminium' law = 'j2_plastic'"),
-    (VISCOUS, [("'musl'", "'musl'\n  time_steps = 'local'"), ("'stress_closure'", "'domain_integral'")], "time_steps = 'local' ",
-     "is not allowed with &material 'aluminium' law = 'viscoelastic'"),
 ])
 def test_what_laws_that_remember_do_not_go_with(hampm, tmp_path, law, edits, fragment, phrase):
     text = changed((ELASTIC, law), *edits)
@@ -312,7 +295,6 @@ IMPLICIT = ("courant = 0.1", "time = 'implicit' time_step = 1e-6"), ("frame = 'u
 
 @pytest.mark.parametrize(("old", "new", "fragment", "phrase"), [
     ("frame = 'total'", "frame = 'updated'", "frame", "&method frame = 'updated' is not allowed with time = 'implicit': "),
-    ("frame = 'total'", "frame = 'total' time_steps = 'local'", "time_steps", "&method time_steps = 'local' is not allowed with time = 'implicit'"),
     ("frame = 'total'", "frame = 'total' mass = 'fmpm'", "mass", "&method mass = 'fmpm' is not allowed with time = 'implicit': fmpm is a series for the inverse"),
     ("frame = 'total'", "frame = 'total' courant = 4", "time_step = ", "&method time_step = 1e-6 is not allowed with time = 'implicit' and courant = 4"),
     ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "displacement", "prescribed nodes would jump; use history = 'smooth_ramp', or a velocity"),
@@ -333,7 +315,6 @@ QUADRATIC = ("cells = 80, 9", "cells = 80, 9 order = 2"), ("points_per_cell = 2"
 @pytest.mark.parametrize(("old", "new", "phrase"), [
     ("order = 2", "order = 3", "&grid order = 3: must be an integer in [1, 2]"),
     ("frame = 'total'", "frame = 'updated' wave_speed = 'shear'", "&method frame = 'updated' is not allowed with &grid order = 2"),
-    ("time = 'static'", "time_steps = 'local'", "&method time_steps = 'local' is not allowed with &grid order = 2"),
     ("points_per_cell = 3", "points_per_cell = 2", "&body points_per_cell = 2 is not allowed with &grid order = 2: fewer than 3 leave"),
     ("lower = 0.0, 0.0\n  upper = 0.1, 0.01\n  points", "lower = 0.0, 0.0\n  upper = 0.1, 0.011\n  points", "must be nodes of the lattice with &grid order = 2: bodies are to fill their cells"),
     ("direction = 1.0, 0.0", "direction = 1.0, 0.0 contact = 'frictionless' /\n&refine indicator = 'zz'",
@@ -356,7 +337,6 @@ MEETING = re.sub(r"&(crack|energy_release).*?\n/\n", "", GOOD, flags=re.DOTALL) 
     ("'frictionless'", "'stick' distance = 1e-3", "&contact", "&contact distance = 1e-3: must not be above half of a cell: bodies farther"),
     ("'frictionless'", "'bonded' distance = 1e-4", "&contact", "&contact distance = 1e-4 requires bodies = 'stick' or 'frictionless' or 'friction': bonded bodies interact"),
     ("frame = 'updated'", "frame = 'total'", "frame", "&method frame = 'total' is not allowed with &contact bodies = 'frictionless': bodies never come into contact"),
-    ("frame = 'updated'", "frame = 'updated' time_steps = 'local'", "frame", "&method time_steps = 'local' requires frame = 'total'"),
     ("courant = 0.1", "time = 'static'", "'static'", "&method time = 'static' is not allowed with &contact bodies = 'frictionless'"),
     ("courant = 0.1", "time = 'implicit'", "'implicit'", "&method time = 'implicit' is not allowed with &contact bodies = 'frictionless'"),
     ("&damping", "&refine indicator = 'gradient' /\n&damping", "&refine", "&refine indicator = 'gradient' is not allowed with &contact bodies = 'frictionless'"),
@@ -373,12 +353,6 @@ def test_what_contact_between_bodies_does_not_go_with(hampm, tmp_path, old, new,
     text = MEETING.replace(old, new)
     (tmp_path / "case.nml").write_text(text)
     assert_refused(hampm("case.nml"), 2, f"case.nml:{line_of(text, fragment)}: ", phrase)
-
-
-def test_local_time_steps_do_not_go_with_the_energy_balance(hampm, tmp_path):
-    text = changed(("'musl'", "'musl'\n  time_steps = 'local'"), ("estimators =", "energy_balance = .true.\n  estimators ="))
-    (tmp_path / "case.nml").write_text(text)
-    assert_refused(hampm("case.nml"), 2, "&method time_steps = 'local' is not allowed with &energy_release energy_balance = .true.")
 
 
 @pytest.mark.parametrize(("old", "new", "fragment", "phrase"), REFINEMENT)

@@ -54,7 +54,6 @@ def test_what_rules_say_of_two_features(rules, features, verdict):
 
 @pytest.mark.parametrize(("words", "table", "row", "column"), [
     (("method.time=implicit", "method.mass=fmpm"), "Time, cells and bodies", "mass: fmpm", "implicit"),
-    (("method.time=static", "method.time_steps=local"), "Time, cells and bodies", "local time steps", "static"),
     (("method.time=explicit", "method.mass=fmpm"), "Time, cells and bodies", "mass: fmpm", "explicit")])
 def test_the_program_says_the_same(hampm, words, table, row, column):
     said = hampm(DCB, "--check", "--set", "energy_release.energy_balance=.false.", "--set", "method.frame=total", "--set", "method.courant=0", *(f"--set={word}" for word in words))

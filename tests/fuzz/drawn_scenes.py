@@ -19,7 +19,7 @@ CHOICES = {
     "load": {"face": ["none", "left", "right"]},
     "contact": {"bodies": ["bonded", "stick", "frictionless", "friction"]},
     "method": {"time": ["explicit", "implicit", "static"], "start": ["undeformed", "static"], "scheme": ["musl", "usf", "usl", "usavg"], "wave_speed": ["shear", "dilatational"],
-               "time_steps": ["global", "global", "local"], "path": ["fastest", "reference"], "frame": ["total", "updated"], "shape_functions": ["linear", "linear", "cpdi"],
+               "path": ["fastest", "reference"], "frame": ["total", "updated"], "shape_functions": ["linear", "linear", "cpdi"],
                "mass": ["lumped", "lumped", "consistent", "partial", "fmpm", "weighted"], "solver": ["auto", "cg", "direct"],
                "consistent_region": ["box", "refined"], "order": [1, 2, 3], "lumped_fraction": [0.2778, 0.5], "hht_alpha": [0.0, -0.1], "courant": [0.0, 0.05, 0.1]},
     "refine": {"indicator": ["none", "tip", "zz", "gradient"], "field": ["energy_density", "stress_norm", "speed"], "max_level": [1, 2], "rings": [2, 3, 4],
@@ -507,8 +507,6 @@ class Drawing:
             keys["scheme"] = chance.choice(["musl", "usf", "usl", "usavg"])
         if self.frame == "updated" and self.crack == "none" and chance.random() < 0.3:
             keys["shape_functions"] = "cpdi"
-        if self.time == "explicit" and chance.random() < 0.1 and self.order == 1 and self.frame == "total":
-            keys["time_steps"] = "local"
         if self.order == 2 and self.time != "static" and (self.shaped or self.crack in ("path", "line")):
             keys |= {"mass": "consistent", "solver": "direct"}
         elif chance.random() < 0.5:

@@ -80,8 +80,8 @@ SCENES = {
     + "&method frame = 'updated' mass = 'partial' consistent_lower = 0.03, 0.0 consistent_upper = 0.06, 0.01 /\n&damping rate = 1e4 /\n" + EVERY.format("1e-5"),
     "beam at rest, refined at the tip": BEAM.format("1.0") + END_FORCE.format("") + J.format("reference = 'value' reference_value = 1.0")
     + "&refine indicator = 'tip' max_level = 2 rings = 3 /\n" + STATIC.format(""),
-    "beam, local time steps": BEAM.format("2e-5") + END_FORCE.format("history = 'table' times = 0.0, 1e-5 factors = 0.0, 1.0") + J.format("")
-    + "&refine indicator = 'tip' max_level = 2 rings = 3 /\n&method time_steps = 'local' /\n" + EVERY.format("1e-5"),
+    "beam, table of a load": BEAM.format("2e-5") + END_FORCE.format("history = 'table' times = 0.0, 1e-5 factors = 0.0, 1.0") + J.format("")
+    + "&refine indicator = 'tip' max_level = 2 rings = 3 /\n" + EVERY.format("1e-5"),
     "beam that grows at a speed": BEAM.format("2e-5") + END_FORCE.format("") + J.format("")
     + "&growth law = 'prescribed' direction = 'straight' speed = 800 /\n" + EVERY.format("2e-6"),
     "gradient refinement": plate(end="4e-6") + HELD + PULL.format("") + LINE.format("") + J.format("")

@@ -112,7 +112,7 @@ VALUES = {
 # Of what solids do not do, of planes, and those that say that they do nothing; and as in planes those that act by being refused where nothing fits them
 GROUPS = "growth", "cohesive", "nucleation", "control", "cycles", "contact"
 REFUSED = ("run.plane", "run.thickness", "run.stop_rest", "run.stop_length", "grid.order", "body.points", "body.contact_group", "body.held", "body.toughness", "load.held", "load.face", "load.side",
-           "constraint.held", "method.shape_functions", "method.time_steps", "crack.kind", "crack.length", "crack.friction", "energy_release.phase_length", "energy_release.radii",
+           "constraint.held", "method.shape_functions", "crack.kind", "crack.length", "crack.friction", "energy_release.phase_length", "energy_release.radii",
            "energy_release.t_stress", "probe.face", "probe.tip", "probe.distance")
 SOLIDS = every_key.World(SCENES, VALUES, (*every_key.NAMES, *REFUSED), GROUPS)
 

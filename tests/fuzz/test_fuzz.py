@@ -11,7 +11,6 @@ import combinations
 import every_key
 import growth_scenes
 import h5py
-import local_scenes
 import meeting_scenes
 import mutations
 import numpy as np
@@ -130,13 +129,6 @@ def test_solids_at_random(numbers):
     _, ends, faults = combinations.try_cases(solid_scenes.SolidBench(SOLID_PROGRAM), 1, numbers, [], asked=2)
     assert not faults
     assert ends["done"] >= len(numbers) // 2
-
-
-@pytest.mark.parametrize("cases", [2, pytest.param(40, marks=pytest.mark.verify)])
-def test_local_time_steps_at_random(cases):
-    ends, findings = try_scenes(PROGRAM, cases, 3, local_scenes.scene, local_scenes.look)
-    assert not findings
-    assert ends[0] >= cases // 2
 
 
 def test_checkpoints_that_are_changed_are_refused():

@@ -29,7 +29,7 @@ SCENES = {
         ["constraint", {"lower": [0.01171875, 0.0], "upper": [0.01171875, 0.0], "fix": "y", "name": "b"}],
         ["load", {"kind": "point", "force": [0.0, 3781.720368886139], "lower": [0.00732421875, 0.01171875], "upper": [0.00732421875, 0.01171875], "history": "sine", "frequency": 69407.34571846038, "start": -4.3223090711018004e-07}],
         ["load", {"kind": "gravity", "acceleration": [-250.88209594470422, -22885.82525473374]}],
-        ["method", {"time": "explicit", "scheme": "musl", "time_steps": "global"}],
+        ["method", {"time": "explicit", "scheme": "musl"}],
         ["refine", {"indicator": "tip", "max_level": 2, "max_particles": 4000, "rings": 2}],
         ["energy_release", {"estimators": ["domain_integral"]}],
         ["output", {"file": "case.h5", "history_interval": 1.08057726777545e-06}],

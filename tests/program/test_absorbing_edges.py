@@ -197,7 +197,7 @@ def test_resumed(hampm, tmp_path):
 
 
 def test_refused(hampm, tmp_path):
-    for method, words in (("time = 'static'", "no velocity"), ("time_steps = 'local'", "time_steps"), ("path = 'reference'", "no dashpots")):
+    for method, words in (("time = 'static'", "no velocity"), ("path = 'reference'", "no dashpots")):
         values = {"method": method, "more": ""}
         message = strip(hampm, tmp_path, code=2, **values).stderr
         assert "kind = 'absorbing' is not allowed with" in message and words in message

@@ -247,7 +247,6 @@ def test_cracks_that_are_near_where_cells_are_refined(hampm, second):
 
 
 @pytest.mark.parametrize("change, message", [
-    (("time = 'static'", "time_steps = 'local'"), "time_steps = 'local' is not allowed with cracks that cut cells"),
     (("'domain_integral'", "'vcct'"), "estimators = 'vcct' is not allowed with tips at no nodes"),
     (("points =", "tip = 0.0, 0.0  points ="), "tip = 0.0, 0.0 is not allowed with kind = 'path'"),
     (("points = -0.004, ", "points = "), "must be pairs"),

@@ -639,7 +639,6 @@ REFUSED = [(GIVEN.format("").replace("600.0", "4000.0"), "", "speed = 4000.0: mu
            ("&growth law = 'toughness' /", "", "law = 'toughness' requires toughness > 0"),
            ("&growth law = 'toughness'  toughness = 1.0  speed = 10.0 /", "", "speed = 10.0 requires law = 'prescribed'"),
            (GIVEN.format(""), "time = 'static'", "law = 'prescribed' requires &method time = 'explicit' or 'implicit'"),
-           (GIVEN.format(""), "time_steps = 'local'", "time_steps = 'local' is not allowed with cracks that cut cells"),
            (GIVEN.format("") + " &growth toughness = 1.0  increment = 1e-3 /", "", "law = 'quasi_static' (default) is not allowed with growth by laws of both kinds")]
 
 

@@ -94,8 +94,7 @@ ISOTROPIC = "law = 'orthotropic'  young_1 = 70e9  young_2 = 70e9  young_3 = 70e9
 @pytest.mark.parametrize("plane", ["stress", "strain"])
 @pytest.mark.parametrize("settings", [("method.time=static",), ("method.time=explicit", "method.frame=total"),
                                       ("method.time=explicit", "method.frame=updated"),
-                                      pytest.param(("method.time=explicit", "method.scheme=musl", "method.time_steps=local",
-                                                    "refine.indicator=tip", "refine.max_level=2"), marks=pytest.mark.verify),
+                                      pytest.param(("method.time=explicit", "refine.indicator=tip", "refine.max_level=2"), marks=pytest.mark.verify),
                                       ("method.time=implicit", "method.time_step=2e-6"),
                                       ("method.time=static", "refine.indicator=zz", "refine.max_level=2")],
                          ids=lambda settings: " ".join(settings))

@@ -49,7 +49,6 @@ STILL = {
     "explicit": {}, "implicit": {"method": IMPLICIT}, "HHT": {"method": IMPLICIT + "  hht_alpha = -0.1"}, "reference": {"method": "path = 'reference'"},
     **{scheme: {"method": f"scheme = '{scheme}'"} for scheme in ("usf", "usl", "usavg")},
     **{mass: {"method": f"mass = '{mass}'"} for mass in ("consistent", "weighted", "fmpm")},
-    "local steps": {"method": "time_steps = 'local'", "crack": LEVEL, "more": "&refine indicator = 'tip'  max_level = 1  rings = 4 /"},
     "neo-Hookean": {"law": "law = 'neo_hookean'  " + ELASTIC}, "J2": {"law": "law = 'j2_plastic'  yield_stress = 2e6  hardening = 1e9  " + ELASTIC},
     "J2 implicit": {"law": "law = 'j2_plastic'  yield_stress = 2e6  hardening = 1e9  " + ELASTIC, "method": IMPLICIT},
     "orthotropic": {"law": "law = 'orthotropic'  young_1 = 200e9  young_2 = 100e9  young_3 = 100e9  shear_12 = 50e9  poisson_12 = 0.3  poisson_13 = 0.3  poisson_23 = 0.3"},

@@ -71,10 +71,10 @@ def test_a_column_under_its_weight(hampm, tmp_path):
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.01)
 
 
-@pytest.mark.parametrize("time", ["", "mass = 'consistent'", "time_steps = 'local'", "time = 'implicit' time_step = 2e-5", "scheme = 'usavg'"])
+@pytest.mark.parametrize("time", ["", "mass = 'consistent'", "time = 'implicit' time_step = 2e-5", "scheme = 'usavg'"])
 def test_the_audit_closes_with_weight(hampm, time):
     end = 2e-3
-    audited = not ("local" in time or "implicit" in time)
+    audited = "implicit" not in time
     values = run(hampm, column(2e-3, time=time, end=end, rise=end, audited=audited))
     gone = values["kinetic_energy"] + values["strain_energy"] + values.get("numerical_loss", 0)
     assert gone == pytest.approx(values["external_work"], rel=1e-9 if audited else 0.02)
@@ -198,8 +198,8 @@ def test_the_audit_closes_with_eigenstrain(hampm, time, order):
     assert gone == pytest.approx(first, rel=1e-9)
 
 
-def test_a_damped_bar_and_local_time_steps(hampm):
-    for time in ("", "time_steps = 'local'", "frame = 'updated'"):
+def test_a_damped_bar(hampm):
+    for time in ("", "frame = 'updated'"):
         text = bodies(CLAMPED + "&damping rate = 3e5 /\n", "26, 12", "-0.004, -0.004", 2e-3, time=time, end=1e-4, audited=False)
         if "updated" in time:
             text = text.replace("frame = 'total' ", "")

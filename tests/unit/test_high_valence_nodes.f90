@@ -10,7 +10,6 @@ program test_high_valence_nodes
    use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_loads, only: load_on_particles
-   use hampm_local_leapfrog, only: local_leapfrog_t
    use hampm_mass_choice, only: mass_choice_t
    use hampm_mass_samples, only: choice_of, dense_matrix
    use hampm_material, only: new_material
@@ -41,7 +40,7 @@ program test_high_valence_nodes
          call check_steps('full, '//solvers(k), 'musl', choice_of('consistent', solvers(k)), trim(frames(f)))
       end do
    end do
-   call check_local_steps()
+   call check_hanging_nodes()
    call finish()
 
 contains
@@ -280,8 +279,8 @@ contains
       m%damping_rate = 0.2_dp
    end subroutine load_and_damp
 
-   !> So it is with time steps that fit the size of the cells, also where elements of hanging nodes are doubled.
-   subroutine check_local_steps()
+   !> So it is where elements of hanging nodes are doubled.
+   subroutine check_hanging_nodes()
       type(problem_t) :: plain, doubled
       type(forest_t) :: forest
       type(failure_t) :: failure
@@ -290,7 +289,6 @@ contains
       call place_bodies(forest, new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                         [rectangle_t([1.0_dp, 2.0_dp], [7.0_dp, 4.0_dp], 8*[6, 2])], plain)
       plain%particles%total_frame = .true.
-      plain%blocks%by_group = .true.
       call random_number(plain%particles%velocity)
       call sort_into_cells(plain%cache%sorting, plain%particles, plain%grid, plain%blocks, failure)
       doubled = plain
@@ -299,24 +297,9 @@ contains
                  'some doubled elements have hanging nodes')
       call start(plain, 'musl')
       call start(doubled, 'musl')
-      call check(plain%blocks%groups%largest == 2, 'the cells have steps of three lengths')
-      call run_coarsely(plain, 5)
-      call run_coarsely(doubled, 5)
+      call run_steps(plain, 0.05_dp, 20)
+      call run_steps(doubled, 0.05_dp, 20)
       call check_close(difference(plain, doubled, plain%particles%velocity, doubled%particles%velocity), 0.0_dp, &
-                       1.0e-11_dp, 'local steps: velocities are those with one element')
-   end subroutine check_local_steps
-
-   !> Do some coarse steps of four finest ones.
-   subroutine run_coarsely(m, steps)
-      type(problem_t), intent(inout) :: m
-      integer, intent(in) :: steps
-      type(local_leapfrog_t) :: c
-      type(failure_t) :: failure
-      integer :: k
-      c%largest = 2
-      do k = 1, steps
-         call c%advance(m, 0.05_dp, failure)
-      end do
-      if (failure%failed()) call check(.false., failure%message)
-   end subroutine run_coarsely
+                       1.0e-11_dp, 'hanging nodes: velocities are those with one element')
+   end subroutine check_hanging_nodes
 end program test_high_valence_nodes

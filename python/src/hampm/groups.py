@@ -253,8 +253,6 @@ class Method(Group):
     """Of explicit steps: the fastest one for the model, or the plain reference step; default 'fastest'"""
     wave_speed: Literal['shear', 'dilatational'] | None
     """Which wave speed courant refers to; default 'shear'"""
-    time_steps: Literal['global', 'local'] | None
-    """One for all cells, that of the smallest, or longer ones for larger cells; default 'global'"""
     frame: Literal['updated', 'total'] | None
     """Shape functions at the present positions, for bodies that meet, or always at the initial ones; default 'total'"""
     shape_functions: Literal['linear', 'cpdi'] | None
