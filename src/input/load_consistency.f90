@@ -133,10 +133,13 @@ contains
       type(load_spec_t), intent(in) :: load
       integer, intent(in) :: entry                 !! position of the group
       type(settings_t), intent(inout) :: settings
+      character(:), allocatable :: a_load
       real(dp) :: tol, normal(ndim), axis
       logical :: found, misses
       integer :: i, sides
       tol = tolerance(model%grid)
+      a_load = 'a '//trim(load%kind)
+      if (load%kind == 'absorbing') a_load = 'an absorbing load'
       axis = merge(tol, -huge(tol), model%run%plane == 'axisymmetric')  ! up to where edges are on it [m]
       call check_face(model, load, entry, settings, misses)
       if (misses) return
@@ -186,15 +189,15 @@ contains
                                 ' must contain material of a body')
       else if (has_shapes(model)) then
          call settings%complain(entry, 'lower', 'the box up to '//point_text(load%upper)// &
-                                ' must contain a segment of the edge of a body: a traction acts on an edge')
+                                ' must contain a segment of the edge of a body: '//a_load//' acts on '//an_edge)
       else if (count(load%upper - load%lower <= tol) /= 1) then
          call settings%complain(entry, 'upper', 'must equal lower = '//point_text(load%lower)// &
-                                ' in exactly one direction: a '//trim(load%kind)//' acts on '//an_edge)
+                                ' in exactly one direction: '//a_load//' acts on '//an_edge)
       else
          call settings%complain(entry, 'lower', 'the '//trim(merge('rectangle', 'line     ', ndim > 2))//' up to '// &
                                 point_text(load%upper)// &
-                                ' must lie on one '//trim(merge('side', 'edge', ndim > 2))//' of a body: a '//trim(load%kind)// &
-                                ' acts on '//an_edge)
+                                ' must lie on one '//trim(merge('side', 'edge', ndim > 2))//' of a body: '//a_load//' acts on '// &
+                                an_edge)
       end if
    end subroutine check_place
 

@@ -32,6 +32,7 @@ CHOICES = {
     "energy_release": {"estimators": [["domain_integral"], ["vcct"], ["stress_closure"], ["material_force"], [],
                                       ["domain_integral", "vcct"]], "energy_balance": [False, True], "t_stress": [False, True]},
 }
+REMEMBER = ["j2_plastic", "viscoelastic"]
 REQUIRED = {"run", "grid", "material", "body"}
 
 
@@ -68,7 +69,7 @@ def mouths(scene):
     """Of cracks with names that end at edges of rectangles: the name, the axis across the edge, its place along that, the ends of the edge and the place of the mouth between them."""
     found = []
     for crack in groups(scene, "crack"):
-        if "name" not in crack or "length" in crack:
+        if "name" not in crack or "length" in crack or not ("points" in crack or {"tip", "direction"} <= set(crack)):
             continue
         points = crack.get("points") or [x - 1e4 * d for x, d in zip(crack["tip"], crack["direction"])] + crack["tip"]
         for body in groups(scene, "body"):
@@ -101,7 +102,7 @@ class Drawing:
         self.order = 2 if self.frame == "total" and chance.random() < 0.2 else 1
         self.crack = chance.choices(["none", "symmetry", "line", "path"], [0 if cracked else 2, 2, 2, 5])[0]
         self.grows = self.crack != "none" and (self.frame == "total" or self.crack != "symmetry") and self.order == 1 and chance.random() < (0.7 if self.time == "implicit" else 0.25)
-        self.holds = self.crack != "none" and self.frame == "total" and not (self.grows and (self.time == "static" or self.crack == "symmetry")) and chance.random() < 0.3
+        self.holds = self.crack != "none" and self.frame == "total" and (self.order == 1 or self.crack != "symmetry") and not (self.grows and (self.time == "static" or self.crack == "symmetry")) and chance.random() < 0.3
         self.shaped = self.crack != "symmetry" and not self.grows and chance.random() < 0.35
         self.waits = self.time == "static" and self.crack in ("line", "path") and not self.holds and chance.random() < 0.2   # for a crack that appears
         small = self.crack == "none"
@@ -109,6 +110,11 @@ class Drawing:
         self.margin = 3 if self.frame == "updated" else chance.choice([0, 1])
         self.end = self.tick * {"static": 10, "explicit": chance.uniform(6, 25), "implicit": chance.uniform(20, 200)}[self.time]
         self.law = chance.choice(["quasi_static", "quasi_static", "fatigue"])  # at rest
+        if self.waits:
+            self.grows = False
+        self.laws = [law for law in LAWS if not (self.grows or self.waits) or law not in (REMEMBER if self.time != "explicit" else ["orthotropic"])]
+        if self.grows and self.time == "implicit" or self.waits:
+            self.laws = [law for law in self.laws if law == "linear_elastic" or law == "orthotropic" and self.waits or self.grows and law not in ("orthotropic",)]
         self.thickness = chance.choice([1.0, 1.0, 0.01, 3.0])
         self.plane = chance.choice(["stress", "strain", "stress", "strain", "axisymmetric"])
         if self.plane == "axisymmetric":                                   # x is the radius, and the lattice ends at the axis
@@ -126,6 +132,8 @@ class Drawing:
         """The keys of a material."""
         chance = self.chance
         stiff = chance.choice([1.0, 1.0, 0.3, 3.0]) if name != "m0" else 1.0
+        if law == "mooney_rivlin" and self.poisson == 0:
+            law = "neo_hookean"                                            # c01 may be at most proportional to it
         young, keys = self.young * stiff, {"name": name, "law": law}
         if law == "orthotropic":
             keys |= {"young_1": young, "young_2": 0.4 * young, "young_3": 0.3 * young, "shear_12": 0.2 * young, "poisson_12": 0.3, "poisson_13": 0.2,
@@ -142,7 +150,7 @@ class Drawing:
             keys["c01"] = young / (4 * (1 + self.poisson)) * min(1.0, self.poisson / (1 - 2 * self.poisson)) * chance.choice([0.1, 0.5, 1.0])
         if law == "viscoelastic":
             keys |= {"moduli": [0.1 * young, 0.05 * young], "relaxation_times": [self.end / 20, self.end]}
-        if chance.random() < (0.3 if law in ("j2_plastic", "viscoelastic") else 0.1):
+        if chance.random() < (0.3 if law in REMEMBER else 0.1) and not (self.time != "explicit" and law in ("neo_hookean", "mooney_rivlin")):
             keys["volumetric"] = "b_bar"
         return keys
 
@@ -164,39 +172,43 @@ class Drawing:
     def bodies(self):
         """The groups of bodies and materials."""
         chance, (w, h) = self.chance, self.size
-        law = chance.choice(LAWS)
+        law = chance.choice(self.laws)
         points = {"points_per_cell": chance.choice([3, 4]) if self.order == 2 else chance.choice([1, 2, 2, 2, 2, 3, 4])}
         materials, first = [self.material("m0", law)], {"material": "m0"} | points
         found = []
-        self.lower_edge, self.upper_edge, self.sides = 0.0, float(h), 0
+        self.sides, self.hole, self.round, self.wide = 0, None, False, [0, 0, w, h]
         if self.shaped:
             kind = chance.choice(["circle", "polygon", "hole", "hole"])
             r = min(w, h) / 2
             if kind == "circle":
-                first |= {"shape": "circle", "center": self.place(w / 2 + chance.uniform(-0.2, 0.2), h / 2 + chance.uniform(-0.2, 0.2)), "radius": chance.uniform(0.85, 1) * r * self.cell}
+                first |= {"shape": "circle", "center": self.place(w / 2 + chance.uniform(-0.2, 0.2), h / 2 + chance.uniform(-0.2, 0.2)), "radius": chance.uniform(0.8, 1) * (r - 0.2) * self.cell}
             elif kind == "polygon":
-                angles = sorted(chance.uniform(0, 2 * math.pi) for _ in range(chance.randint(4, 7)))
+                corners = chance.randint(4, 7)
+                angles = [2 * math.pi * (k + chance.uniform(0, 0.7)) / corners for k in range(corners)]
                 points_of = [self.place(w / 2 + chance.uniform(0.6, 1) * r * math.cos(a), h / 2 + chance.uniform(0.6, 1) * r * math.sin(a)) for a in angles]
                 first |= {"shape": "polygon", "points": [x for point in points_of for x in point]}
                 self.sides = len(points_of)
             else:
                 first |= self.box(0, 0, w, h)
-        elif chance.random() < 0.2 and self.crack != "symmetry":
-            first |= self.box(chance.choice([0, 0.5]), 0, w - chance.choice([0.25, 0.5]), h - chance.choice([0, 0.3]))
+        elif chance.random() < 0.2 and self.crack != "symmetry" and self.order == 1:
+            self.wide = [chance.choice([0, 0.5]), 0, w - chance.choice([0.25, 0.5]), h - chance.choice([0, 0.3])]
+            first |= self.box(*self.wide)
         else:
             first |= self.box(0, 0, w, h)
         found.append(["body", self.motion(first)])
-        self.width = w
-        if chance.random() < 0.3 and not self.shaped:                     # a second body, bonded or met
+        self.width, self.beside = w, False
+        self.round = self.shaped and kind != "hole"
+        if chance.random() < 0.3 and not self.shaped and (self.frame == "updated" or self.wide[2] == w):  # a second body, bonded or met
             wide = chance.randint(2, 4)
             other = {"material": chance.choice(["m0", "m1"])} | points
             gap = chance.choice([0, 0, 1, 1.3]) if self.frame == "updated" else 0
             other |= self.box(w + gap, 0, w + gap + wide, h)
+            self.beside = True
             self.motion(other)
             if gap or self.frame == "updated":
                 other["velocity"] = [-self.strain * self.cell / self.tick * chance.choice([10, 100]), 0.0]
             if other["material"] == "m1":
-                materials.append(self.material("m1", chance.choice([law, law, *LAWS])))
+                materials.append(self.material("m1", chance.choice([law, law, *self.laws])))
             found.append(["body", other])
             self.width = w + gap + wide
             if self.frame == "updated" and chance.random() < 0.8:
@@ -204,9 +216,9 @@ class Drawing:
                 found.append(["contact", {"bodies": kind} | ({"friction": chance.choice([0.1, 0.6])} if kind == "friction" else {})
                               | ({"distance": 0.1 * self.cell} if chance.random() < 0.2 else {})])
         if self.shaped and (kind == "hole" or chance.random() < 0.3):
-            r = chance.uniform(0.15, 0.3) * min(w, h)
-            middle = self.place(w / 2 + chance.uniform(-1, 1), h / 2 + chance.uniform(-1, 1))
-            found.append(["body", {"hole": True, "shape": "circle", "center": middle, "radius": r * self.cell}])
+            r = chance.uniform(0.15, 0.3) * min(w, h) * (0.6 if self.round else 1)
+            self.hole = [w / 2 + chance.uniform(-1, 1), h / 2 + chance.uniform(-1, 1), r]
+            found.append(["body", {"hole": True, "shape": "circle", "center": self.place(*self.hole[:2]), "radius": r * self.cell}])
         if chance.random() < 0.1:
             materials.append(self.material("spare", chance.choice(LAWS)))
         chance.shuffle(materials)
@@ -220,7 +232,7 @@ class Drawing:
         if kind in ("ramp", "smooth_ramp"):
             keys["rise_time"] = chance.choice([0.3, 1.0, 2.0]) * self.end
         if kind == "sine":
-            keys["frequency"] = chance.choice([0.3, 1.0]) / self.end
+            keys["frequency"] = chance.choice([0.3, 0.6]) / self.end
         if kind == "table":
             keys |= {"times": [0.0, 0.4 * self.end, self.end], "factors": [0.0, 1.0, chance.choice([0.5, 1.0, -0.5])]}
         if chance.random() < 0.15:
@@ -242,8 +254,17 @@ class Drawing:
             found, number = [], chance.choices([1, 2, 3], [6, 2, 1])[0] if not self.grows else chance.choice([1, 1, 2])
             places = {1: [(0.5, 0.5)], 2: [(0.3, 0.35), (0.7, 0.65)], 3: [(0.25, 0.3), (0.75, 0.3), (0.5, 0.75)]}[number]
             for k, (x, y) in enumerate(places):
+                if len(found) < k:
+                    break
                 drawn = self.line if self.crack == "line" and (k == 0 or chance.random() < 0.5) else self.path
-                found.append(["crack", drawn(k, x * w + chance.uniform(-0.5, 0.5), y * h + chance.uniform(-0.5, 0.5), 1 / number)])
+                for turn in range(20):
+                    found[k:] = [["crack", drawn(k, x * w + chance.uniform(-0.5, 0.5), y * h + chance.uniform(-0.5, 0.5), 1 / number)]]
+                    if all(self.is_solid(*tip, 1.3 * self.cell) and all(self.distance(tip, other) > 1.2 * self.cell for _, other in found[:k])
+                           for tip in self.tips(found[k][1])) and all(self.distance(tip, found[k][1]) > 1.2 * self.cell for _, other in found[:k] for tip in self.tips(other)):
+                        break
+                    if turn == 19 and k:
+                        del found[k:]
+                    x, y = chance.uniform(0.2, 0.8), chance.uniform(0.2, 0.8)
         held = []
         if self.holds:                                                     # of cracks that grow the first one does
             held = [keys for name, keys in found if name == "crack" and (keys.get("name", "c0") == f"c{int(self.grows)}" or not self.grows and chance.random() < 0.5)]
@@ -254,8 +275,11 @@ class Drawing:
                 if keys not in held and ("name" not in keys or keys["name"] == "c0" or chance.random() < 0.5):
                     found.append(["growth", self.growth(law, keys)])
         if self.waits:
-            for keys in [keys for name, keys in found if name == "crack" and chance.random() < 0.6]:
+            cracks = [keys for name, keys in found if name == "crack"]
+            for keys in cracks:
                 keys |= {"contact": "none"}
+                keys.pop("friction", None)
+            for keys in cracks[:1] + [keys for keys in cracks[1:] if chance.random() < 0.5]:
                 found.append(["nucleation", self.nucleation(keys)])
         return found
 
@@ -268,14 +292,15 @@ class Drawing:
     def path(self, number, x, y, room):
         """The keys of a crack of kind path around a place [cells]."""
         chance, (w, h) = self.chance, self.size
-        half, angle = chance.uniform(1.2, 0.28 * min(w, h) * max(room, 0.6)), chance.choice([0, 45, 90, 30, chance.uniform(0, 180)])
+        least = 2.3 if self.grows else 1.2 * self.order
+        half, angle = chance.uniform(least, max(least, 0.28 * min(w, h) * max(room, 0.6))), chance.choice([0, 45, 90, 30, chance.uniform(0, 180)])
         if chance.random() < 0.3:
             x, y = round(2 * x) / 2, round(2 * y) / 2
         dx, dy = half * math.cos(math.radians(angle)), half * math.sin(math.radians(angle))
         points = [[x - dx, y - dy], [x + dx, y + dy]]
         if chance.random() < 0.3 and room == 1:                            # from the surface
             points[0] = [-0.5, y - dy]
-        if chance.random() < 0.2:
+        if chance.random() < 0.2 and half > 1.5 * least:
             s = chance.uniform(-0.4, 0.4)
             points.insert(1, [(points[0][0] + points[1][0]) / 2 - s * dy, (points[0][1] + points[1][1]) / 2 + s * dx])
         if self.cracked and chance.random() < 0.4:                         # on particles, nodes, and the edges of cells
@@ -292,7 +317,7 @@ class Drawing:
             direction = [math.cos(math.radians(angle)), math.sin(math.radians(angle))]
         keys = {"kind": "line", "name": f"c{number}", "tip": self.place(x, y), "direction": direction}
         if chance.random() < 0.5 or room < 1:
-            keys["length"] = (chance.randint(2, 4) if angle is None else chance.uniform(1.5, 4)) * self.cell
+            keys["length"] = (chance.randint(2, 4) if angle is None else chance.uniform(2.3 if self.grows else 1.5 * self.order, 4)) * self.cell
         if angle is None and chance.random() < 0.7:                        # in a plane of the grid
             keys |= {"kind": "plane", "normal": "y" if direction[0] else "x"}
             if "length" in keys and chance.random() < 0.5:                 # between its tips
@@ -300,6 +325,37 @@ class Drawing:
                 tip, direction = keys.pop("tip"), keys.pop("direction")
                 keys |= {"front": "disc", "center": [a - half * b for a, b in zip(tip, direction)], "radii": [half]}
         return keys | self.faces()
+
+    def is_solid(self, x, y, away=0.0):
+        """Whether a place is in the first body, so far from its surface, where that is known."""
+        x, y, away = x / self.cell - self.origin[0], y / self.cell - self.origin[1], away / self.cell
+        x0, y0, x1, y1 = self.wide
+        near = math.hypot(x - self.size[0] / 2, y - self.size[1] / 2) < 0.55 * min(self.size) / 2 - away if self.round else x0 + away < x < x1 - away and y0 + away < y < y1 - away
+        return near and not (self.hole and math.hypot(x - self.hole[0], y - self.hole[1]) < self.hole[2] + away)
+
+    def tips(self, crack):
+        """Ends of a crack that are tips: all but those outside of the body."""
+        return [end for end in self.ends(crack) if not end[0] < self.place(0, 0)[0]]
+
+    def ends(self, crack):
+        """Ends of a crack: two, or one of a line that has no length."""
+        if "points" in crack:
+            return [crack["points"][:2], crack["points"][-2:]]
+        if "center" in crack:
+            along = 1 if crack["normal"] == "x" else 0
+            return [[x + s * crack["radii"][0] * (d == along) for d, x in enumerate(crack["center"])] for s in (-1, 1)]
+        return [crack["tip"]] + ([[x - crack["length"] * d for x, d in zip(crack["tip"], crack["direction"])]] if "length" in crack else [])
+
+    def distance(self, place, crack):
+        """Of a place from a crack."""
+        points = [crack["points"][k:k + 2] for k in range(0, len(crack["points"]), 2)] if "points" in crack else self.ends(crack)
+        if len(points) == 1:
+            points = [points[0], [x - 20 * self.cell * d for x, d in zip(crack["tip"], crack["direction"])]]
+        return min(math.dist(place, [a + k / 20 * (b - a) for a, b in zip(p, q)]) for p, q in zip(points, points[1:]) for k in range(21))
+
+    def has_two_tips(self, crack):
+        """Whether both ends of a crack are tips."""
+        return crack["kind"] != "symmetry" and len(self.tips(crack)) == 2
 
     def faces(self):
         """The keys of the contact of faces."""
@@ -340,7 +396,7 @@ class Drawing:
         if law == "fatigue":
             return keys | {"increment": chance.choice([2.0, 3.0, 4.0]) * self.cell} | self.fatigue(modulus)
         if law == "prescribed":
-            keys["speed"] = chance.choice([0.05, 0.2, 0.4]) * self.cell / self.tick
+            keys["speed"] = chance.choice([0.05, 0.1, 0.2]) * self.cell / self.tick
         else:
             keys["toughness"] = modulus * 10 ** chance.uniform(-1, 1.5)
         if law == "quasi_static":
@@ -403,21 +459,25 @@ class Drawing:
             ["low", "low", "sides", "moved", "moved", "corner", "push", "pins"])
         symmetric = self.crack == "symmetry"
         if kind in ("low", "moved", "push") and not symmetric:
-            found.append(self.box(-1 if self.shaped else 0, -0.5 if self.shaped else 0, self.width + self.shaped, 1.2 if self.shaped else 0) | {"fix": chance.choice(["y", "xy", "xy"])})
-            if kind == "push" and self.time != "explicit":
+            found.append(self.box(-1 if self.shaped else 0, -0.5 if self.shaped else 0, self.width + self.shaped, 0.3 * h if self.round else 1.2 if self.shaped else 0)
+                         | {"fix": chance.choice(["y", "xy", "xy"])})
+            if kind == "push" and self.time != "explicit" and not (self.shaped or self.waits):
                 found[-1] |= {"fix": "y", "unilateral": True}
+        if kind in ("corner", "sides", "moved") and self.round:
+            kind = "low"
+            found.append(self.box(-1, -0.5, self.width + 1, 0.3 * h) | {"fix": "xy"})
         if kind == "corner" and not symmetric:
-            found.append(self.box(0, 0, 0, 0) | {"fix": "xy"})
-            found.append(self.box(w, 0, w, 0) | {"fix": "y"})
+            found.append(self.box(0, 0, 1, 0) | {"fix": "xy"})
+            found.append(self.box(w - 1, 0, w, 0) | {"fix": "y"})
         if kind == "sides":
-            found.append(self.box(0, 1, 0, h) | {"fix": chance.choice(["x", "xy"])})
+            found.append(self.box(0, 1, self.wide[0], h) | {"fix": chance.choice(["x", "xy"])})
         if kind == "moved":
             fix = chance.choice(["y", "xy"])
             amount = [chance.uniform(-1, 1) * move if fix == "xy" else 0.0, chance.uniform(-1, 1) * move]
             if chance.random() < 0.3 and self.time != "static":
-                found.append(self.box(0, h, self.width, h) | {"fix": fix, "velocity": [a / self.end for a in amount]})
+                found.append(self.box(0, math.floor(self.wide[3]), self.width, h) | {"fix": fix, "velocity": [a / self.end for a in amount]})
             else:
-                found.append(self.box(0, h, self.width, h) | {"fix": fix, "displacement": amount} | self.history(motion=True))
+                found.append(self.box(0, math.floor(self.wide[3]), self.width, h) | {"fix": fix, "displacement": amount} | self.history(motion=True))
         if kind == "pins" and not symmetric:                               # a pin in the material, and another one or a roller
             found.append(self.box(0.7, 0.2, 3.3, 2.8) | {"fix": "xy", "turns": True})
             found.append(self.box(w - 3.3, 0.2, w - 0.7, 2.8) | {"fix": chance.choice(["y", "xy"]), "turns": True})
@@ -436,18 +496,21 @@ class Drawing:
         found = []
         force = self.strain * self.young * w * self.cell * self.thickness
         for _ in range(chance.choices([0, 1, 2, 3], [1, 4, 3, 1])[0]):
-            kind = chance.choice(["traction", "traction", "point", "body", "pressure", "pressure", "gravity", "crack"] + (["absorbing"] if self.time != "static" else []))
+            kind = chance.choice(["traction", "traction", "point", "body", "pressure", "pressure", "gravity", "crack"] + (["absorbing"] if self.time != "static" and self.order == 1 else []))
             direction = [chance.choice([0.0, chance.uniform(-1, 1)]) * force, chance.uniform(-1, 1) * force]
-            edge = chance.choice([(0, h, w, h), (0, h, w, h), (0, 0, 0, h), (w, 0, w, h)])
+            x0, y0, x1, y1 = self.wide
+            edges = [(x0, y1, x1, y1), (x0, y1, x1, y1)] + [(x0, y0, x0, y1)] * (self.plane != "axisymmetric" or x0 + self.origin[0] > 0) + [(x1, y0, x1, y1)] * (not self.beside)
             if self.shaped:
-                edge = chance.choice([(-1, h / 2, w + 1, h + 1), (-1, -1, w / 2, h + 1), (0, h, w, h)])
+                edges = [(-1, h / 2, w + 1, h + 1), (-1, -1, w / 2, h + 1)] + edges[:1] * (not self.round)
+            edge = chance.choice(edges)
             where = self.box(*edge)
             if self.sides and chance.random() < 0.5:
                 where = {"side": chance.randint(1, self.sides)} | (where if chance.random() < 0.2 else {})
             if kind == "traction":
                 keys = {"kind": kind, "force": direction} | where
             elif kind == "point":
-                place = chance.choice([(w / 2, h), (w, h), (0, h / 2), (w / 3, h / 4)])
+                places = [(x0 + (x1 - x0) / 2, y1), (x1, y1), (x0, y1 / 2), (w / 3, h / 4)] if not self.round else [(w / 2, h / 2 + 1), (0.6 * w, h / 2)]
+                place = chance.choice([place for place in places if not self.hole or math.dist(place, self.hole[:2]) > self.hole[2]] or [(x1, y1)])
                 keys = {"kind": kind, "force": [0.2 * f for f in direction]} | self.box(*place, *place)
             elif kind == "body":
                 keys = {"kind": kind, "force": direction} | self.box(0, h / 2 + 0.07, w, h)    # no particle on its edge, for rounding to decide
@@ -458,7 +521,7 @@ class Drawing:
                 continue
             elif kind == "gravity":
                 keys = {"kind": kind, "acceleration": [f / (self.density * w * h * self.cell**2 * self.thickness) for f in direction]}
-            elif self.crack in ("path", "line"):
+            elif self.crack in ("path", "line") and not (self.shaped or self.waits or self.grows and self.time != "static"):
                 keys = {"kind": "pressure", "on": "crack", "pressure": chance.choice([-0.5, 1, 1]) * self.strain * self.young, "crack": "c0"}
             else:
                 continue
@@ -507,10 +570,10 @@ class Drawing:
             keys["scheme"] = chance.choice(["musl", "usf", "usl", "usavg"])
         if self.frame == "updated" and self.crack == "none" and chance.random() < 0.3:
             keys["shape_functions"] = "cpdi"
-        if self.order == 2 and self.time != "static" and (self.shaped or self.crack in ("path", "line")):
+        if self.order == 2 and self.time != "static" and (self.shaped or self.crack in ("path", "line") or self.plane == "axisymmetric"):
             keys |= {"mass": "consistent", "solver": "direct"}
         elif chance.random() < 0.5:
-            keys["mass"] = chance.choice(["lumped", "consistent", "partial", "fmpm", "weighted"])
+            keys["mass"] = chance.choice(["lumped", "consistent", "partial", "weighted", *["fmpm"] * (self.time != "implicit")] if self.order == 1 or self.plane != "axisymmetric" else ["consistent"])
             if keys["mass"] == "fmpm":
                 keys["order"] = chance.choice([1, 2, 3])
             if keys["mass"] == "partial":
@@ -587,14 +650,106 @@ class Drawing:
                 scene.append(["cycles", self.cycles()])
         elif self.grows and self.time == "static" and chance.random() < 0.4:
             scene.append(["control", self.control(scene)])
-        if chance.random() < 0.25:                                         # a change too many
-            name = chance.choice([name for name, _ in scene if name in CHOICES])
-            key = chance.choice(list(CHOICES[name]))
-            chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
         self.part_at_crack(scene)
         self.grade(scene)
         self.end_anywhere(scene)
-        return scene + self.probes(scene)
+        scene += self.probes(scene)
+        self.agree(scene)
+        if chance.random() < 0.1:                                          # a change too many
+            name = chance.choice([name for name, _ in scene if name in CHOICES])
+            key = chance.choice(list(CHOICES[name]))
+            chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
+        return scene
+
+    def agree(self, scene):
+        """Takes from a scene what its other groups do not go with, so that few scenes are refused as drawn."""
+        method, release, cracks, loads = group(scene, "method"), group(scene, "energy_release"), groups(scene, "crack"), groups(scene, "load")
+        used = {keys.get("material") for keys in groups(scene, "body")}
+        laws = {keys["law"] for keys in groups(scene, "material") if keys["name"] in used}
+        remembers, meets = laws & set(REMEMBER), bool(groups(scene, "contact"))
+        if meets or self.plane == "axisymmetric" or any(keys["kind"] == "absorbing" for keys in loads):
+            for keys in groups(scene, "constraint"):
+                keys.pop("turns", None)
+        if meets:
+            method.pop("start", None)
+        refine = group(scene, "refine")
+        if meets and refine.get("indicator") == "gradient" or self.order == 2 and self.time != "static" and refine.get("indicator") in ("zz", "gradient") and (
+                self.shaped or not self.ends_at_nodes(cracks)):
+            scene.remove(["refine", refine])
+        if groups(scene, "control"):
+            for keys in groups(scene, "body"):
+                keys.pop("held", None)
+        scaled = [keys for name, keys in scene if name == "load" or name == "constraint" and {"displacement", "velocity"} & set(keys)]
+        if not scaled and (groups(scene, "nucleation") or groups(scene, "growth") and self.time == "static"):
+            scaled = [{"kind": "point", "force": [0.0, self.strain * self.young * self.cell * self.thickness]} | self.box(self.wide[2], self.wide[3], self.wide[2], self.wide[3])]
+            scene.append(["load", scaled[0]])
+        if scaled and all(keys.get("held") for keys in scaled) and not any("held" in keys for keys in groups(scene, "body")):
+            del scaled[0]["held"]
+            if groups(scene, "cycles") or groups(scene, "control"):
+                self.without_history(scene)
+        for keys in groups(scene, "body"):
+            if method.get("start") == "static" or self.plane == "axisymmetric":
+                keys.pop("spin", None)
+            if laws & {"neo_hookean", "mooney_rivlin"} or self.plane == "axisymmetric":
+                if keys.pop("profile_eigenstrain", None) and not {"profile_stiffness", "profile_density"} & set(keys):
+                    del keys["profile_at"], keys["profile_direction"]
+        for keys in groups(scene, "growth"):
+            if remembers or "orthotropic" in laws:
+                keys["direction"] = "straight"
+                for key in ("mixed_mode", "lambda", "toughness_shear", "mixed_mode_exponent"):
+                    keys.pop(key, None)
+        for keys in groups(scene, "material"):
+            if self.crack == "symmetry" and keys["law"] == "orthotropic":
+                keys["angle"] = 90.0 * round(keys["angle"] / 90)
+        touched = any(keys.get("contact", "none") != "none" for keys in cracks) or any("crack" in keys for keys in loads) or groups(scene, "cohesive")
+        left_out = {"vcct", "stress_closure"} if not self.ends_at_nodes(cracks) else {"vcct", "stress_closure"} if remembers or groups(scene, "cohesive") else set()
+        left_out |= {"material_force"} if touched or self.waits else set()
+        release["estimators"] = [name for name in release.get("estimators", []) if name not in left_out]
+        if remembers or groups(scene, "growth") and self.time != "static" or "domain_integral" not in release["estimators"]:
+            release.pop("t_stress", None)
+        self.leave_room(scene, release)
+
+    def leave_room(self, scene, release):
+        """Leaves J out, and radii that are named, where a tip has not room for it."""
+        if "domain_integral" not in release.get("estimators", []):
+            return
+        cracks, room = groups(scene, "crack"), math.inf
+        boxes = [keys for name, keys in scene if name in ("constraint", "load") and "lower" in keys]
+        finest = self.cell / 2 ** (group(scene, "refine").get("max_level", 0) if group(scene, "refine").get("indicator") == "tip" else 0)
+        for crack in cracks:
+            points = crack.get("points", [])
+            room = min(room, crack.get("length", math.inf), 2 * crack["radii"][0] if "radii" in crack else math.inf,
+                       *(math.dist(points[k:k + 2], points[k + 2:k + 4]) for k in range(0, len(points) - 2, 2)), math.inf)
+            for tip in self.tips(crack):
+                if crack["kind"] != "symmetry":
+                    room = min(room, *(math.dist(tip, [min(max(x, a), b) for x, a, b in zip(tip, keys["lower"], keys["upper"])]) for keys in boxes), math.inf)
+                    away = next((k for k in range(1, 30) if not self.is_solid(*tip, 0.1 * k * self.cell)), 30)
+                    room = min(room, (away - 1) * 0.1 * self.cell)
+                for other in cracks:
+                    if other is not crack:
+                        room = min(room, *(math.dist(tip, end) for end in self.tips(other)), math.inf)
+        if room < 2.6 * self.cell:
+            release.pop("radii", None)
+        if room < 2.1 * finest and not groups(scene, "growth"):
+            release["estimators"] = [name for name in release["estimators"] if name != "domain_integral"]
+            release.pop("t_stress", None)
+            release.pop("phase_length", None)
+
+    def ends_at_nodes(self, cracks):
+        """Whether all cracks are along grid lines, from node to node."""
+        for keys in cracks:
+            if keys["kind"] == "path" or keys["kind"] != "symmetry" and 0.0 not in keys.get("direction", [0.0]):
+                return False
+            ends = [keys["tip"]] if "tip" in keys else [[x + s * keys["radii"][0] for x in keys["center"]] for s in (-1, 1)]
+            if "length" in keys:
+                ends.append([x - keys["length"] * d for x, d in zip(keys["tip"], keys["direction"])])
+            for end in ends:
+                along = [x / self.cell - o for x, o in zip(end, self.origin)]
+                if "center" in keys:
+                    along = along["xy".index({"x": "y", "y": "x"}[keys["normal"]]):][:1]
+                if any(abs(x - round(x)) > 1e-6 for x in along):
+                    return False
+        return True
 
     def end_anywhere(self, scene):
         """Lets boxes of supports on edges, of loads on edges and of body loads end between nodes, and presses edges up to mouths of cracks, and the faces there."""
@@ -607,13 +762,13 @@ class Drawing:
                 for axis in range(len(keys["lower"])):
                     self.shorten(keys, axis)
         found = mouths(scene)
-        if found and chance.random() < 0.5:
+        if found and chance.random() < 0.5 and not self.shaped:
             crack, axis, place, low, high, mouth = chance.choice(found)
             pressure = {"kind": "pressure", "pressure": chance.choice([-1, 1, 1]) * self.strain * self.young}
             ends = chance.choice([(low, mouth), (mouth, high), (chance.uniform(low, mouth), chance.uniform(mouth, high))])
             edge = {key: [place, end] if axis == 0 else [end, place] for key, end in zip(("lower", "upper"), ends)}
             at = max(k for k, (name, _) in enumerate(scene) if name == "crack") + 1
-            scene[at:at] = [["load", pressure | where] for where in chance.choice([[edge], [{"on": "crack", "crack": crack}], [edge, {"on": "crack", "crack": crack}]])]
+            scene[at:at] = [["load", pressure | where] for where in chance.choice([[edge], [{"on": "crack", "crack": crack}], [edge, {"on": "crack", "crack": crack}]][:1 if self.waits or self.grows and self.time != "static" else 3])]
 
     def shorten(self, keys, axis):
         """Lets a box begin or end anywhere along an axis."""
@@ -671,7 +826,11 @@ class Drawing:
             return found
 
         def inside():
-            return self.place(chance.uniform(0.1, 0.9) * w, chance.uniform(0.1, 0.9) * h)
+            for _ in range(20):
+                place = self.place(chance.uniform(0.1, 0.9) * w, chance.uniform(0.1, 0.9) * h)
+                if self.is_solid(*place):
+                    return place
+            return self.place(0.5 * w, 0.5 * h)
 
         of_point = ["displacement", "strain", "stress"] + ["velocity"] * (self.time != "static")
         found.append({"name": "point", "quantity": chance.sample(of_point, chance.choice([1, 2, len(of_point)])), "at": inside()})
@@ -683,11 +842,12 @@ class Drawing:
             of, name = ({"of": [keys["name"]]} if "name" in keys else {}), keys.get("name", "s")
             found.append({"name": f"c{name}", "quantity": chance.choice([["opening"], ["volume"], ["volume", "opening"]])} | of)
             if "opening" in found[-1]["quantity"]:
-                found[-1] |= {"distance": chance.choice([1.0, 1.7]) * self.cell, "tip": chance.choice(["last", "last", "first"])}
+                found[-1] |= {"distance": chance.choice([1.0, 1.7]) * self.cell, "tip": chance.choice(["last", "last", "first"]) if self.has_two_tips(keys) else "last"}
             if keys.get("kind") == "path" and "points" in keys:          # a change too many may have made it of a line
-                a, b = (keys["points"][:2], keys["points"][2:4])
-                found.append({"name": name, "quantity": ["displacement", "stress"], "face": chance.choice(["left", "right"]),
-                              "at": [x + chance.choice([0.4, 0.6]) * (y - x) for x, y in zip(a, b)]})
+                a, b, part = keys["points"][:2], keys["points"][2:4], chance.choice([0.4, 0.6])
+                if self.is_solid(*[x + part * (y - x) for x, y in zip(a, b)]):
+                    found.append({"name": name, "quantity": ["displacement", "stress"], "face": chance.choice(["left", "right"]),
+                                  "at": [x + part * (y - x) for x, y in zip(a, b)]})
         acting = [keys for name, keys in scene if name in ("load", "constraint") and keys.get("kind", "point") in ("point", "traction", "body")]
         if acting and chance.random() < 0.5:
             for keys in acting:
