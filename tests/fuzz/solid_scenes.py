@@ -11,7 +11,7 @@ import combinations
 import numpy as np
 import scene_maps as maps
 from combinations import MANY, SECOND, Case, Fault, Unasked, isometry
-from drawn_scenes import CHOICES, Drawing, copy_of, group, groups
+from drawn_scenes import REMEMBER, CHOICES, Drawing, copy_of, group, groups
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = ROOT / "build/checked3d/hampm3d"
@@ -77,8 +77,10 @@ class Solid(Drawing):
         """A side of the body or a part of one, in cells: its axis, lower and upper corner."""
         chance, size = self.chance, self.whole
         axis = chance.randrange(2 if self.slab else 3)
-        lower, upper = [0.0, 0.0, 0.0], [float(n) for n in size]
-        lower[axis] = upper[axis] = chance.choice([0.0, float(size[axis])])
+        lower, upper = list(self.near), [float(n) for n in self.far or size]
+        lower[axis] = upper[axis] = chance.choice([lower[axis], upper[axis]])
+        if not part and self.far:                                          # at nodes
+            lower[axis] = upper[axis] = float(round(lower[axis] + 0.25 * (1 if lower[axis] < 1 else -1)))
         if part:
             for d in range(2 if self.slab else 3):
                 if d != axis and size[d] > 1 and chance.random() < 0.3:
@@ -102,17 +104,20 @@ class Solid(Drawing):
     def bodies(self):
         """The groups of bodies and materials."""
         chance = self.chance
-        law = chance.choice(["linear_elastic", "orthotropic"] if self.measured else LAWS)
+        law = chance.choice((["linear_elastic"] if self.time == "explicit" else ["linear_elastic", "orthotropic"]) if self.measured else LAWS)
         points = {"points_per_cell": 2 if self.measured else chance.choice([1, 2, 2, 2, 2, 2, 3])}
+        self.near, self.far = [0.0, 0.0, 0.0], None
         materials, first, self.whole = [self.material("m0", law)], {"material": "m0"} | points, list(self.size)
         if self.shape in ("cylinder", "sphere"):
             self.round(first, self.shape, [n / 2 for n in self.size], chance.choice([1.0, chance.uniform(0.85, 1)]))
         elif chance.random() < 0.2 and self.shape == "none" and not self.measured:
-            first |= self.box(chance.choice([0, 0.5]), 0, 0, self.size[0] - chance.choice([0.25, 0.5]), self.size[1] - chance.choice([0, 0.3]), self.size[2])
+            self.near = [chance.choice([0, 0.5]), 0.0, 0.0]
+            self.far = [self.size[0] - chance.choice([0.25, 0.5]), self.size[1] - chance.choice([0, 0.3]), float(self.size[2])]
+            first |= self.box(*self.near, *self.far)
         else:
             first |= self.box(0, 0, 0, *self.size)
         found = [["body", self.motion(first)]]
-        if self.shape == "none" and not self.measured and chance.random() < 0.3:  # a second body, bonded or met
+        if self.shape == "none" and not self.measured and self.far is None and chance.random() < 0.3:  # a second body, bonded or met
             axis, gap = chance.randrange(2 if self.slab else 3), chance.choice([0, 0, 1]) if self.frame == "updated" else 0
             other = {"material": chance.choice(["m0", "m1"])} | points
             lower, upper = [0.0, 0.0, 0.0], [float(n) for n in self.size]
@@ -310,7 +315,8 @@ class Solid(Drawing):
             return found
 
         def inside():
-            return self.place(*(chance.uniform(0.1, 0.9) * n for n in self.size))
+            part = {"none": (0.3 if self.near[0] else 0.1, 0.6 if self.far else 0.9), "hole": (0.02, 0.12)}.get(self.shape, (0.4, 0.6))
+            return self.place(*(chance.uniform(*part) * n for n in self.size))
 
         of_point = ["displacement", "strain", "stress"] + ["velocity"] * (self.time != "static")
         found.append({"name": "ppoint", "quantity": chance.sample(of_point, chance.choice([1, 2, len(of_point)])), "at": inside()})
@@ -362,14 +368,39 @@ class Solid(Drawing):
                  ["energy_release", self.energy_release()], ["output", output]]
         if self.time != "static" and chance.random() < 0.25:
             scene.append(["damping", {"rate": chance.choice([0.01, 0.1]) / self.tick}])
-        if chance.random() < 0.25:                                         # a change too many
-            name = chance.choice([name for name, _ in scene if name in CHOICES])
-            key = chance.choice(list(CHOICES[name]))
-            chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
         self.grade(scene)
         if not self.measured and self.crack != "symmetry":
             self.end_anywhere(scene)
-        return self.grow_at_rest(scene + self.probes(scene))
+        scene = self.grow_at_rest(scene + self.probes(scene))
+        self.agree(scene)
+        if chance.random() < 0.1:                                          # a change too many
+            name = chance.choice([name for name, _ in scene if name in CHOICES])
+            key = chance.choice(list(CHOICES[name]))
+            chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
+        return scene
+
+    def agree(self, scene):
+        """Takes from a scene what its other groups do not go with, so that few scenes are refused as drawn."""
+        method, release, refine = group(scene, "method"), group(scene, "energy_release"), group(scene, "refine")
+        laws, few = {keys["law"] for keys in groups(scene, "material")}, any(keys.get("points_per_cell") == 1 for keys in groups(scene, "body"))
+        method.pop("shape_functions", None)
+        if groups(scene, "contact") or few and self.time == "explicit":
+            method.pop("start", None)
+        if method.get("start") == "static":
+            for keys in groups(scene, "body"):
+                keys.pop("spin", None)
+        if laws & set(REMEMBER):
+            release["estimators"] = [name for name in release["estimators"] if name != "vcct"]
+        if groups(scene, "contact") and refine.get("indicator") == "gradient":
+            scene.remove(["refine", refine])
+        if groups(scene, "contact") or any(keys["kind"] == "absorbing" for keys in groups(scene, "load")):
+            for keys in groups(scene, "constraint"):
+                keys.pop("turns", None)
+        if groups(scene, "cycles"):
+            self.without_history(scene)
+        if laws & {"neo_hookean", "mooney_rivlin"}:
+            for keys in groups(scene, "body"):
+                keys.pop("profile_eigenstrain", None)
 
     def grow_at_rest(self, scene):
         """Lets the front of a crack at rest grow, by toughness or in load cycles."""
