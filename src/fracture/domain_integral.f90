@@ -5,12 +5,14 @@ module hampm_domain_integral
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_closed_faces, only: closed_faces_t
    use hampm_energy_momentum, only: ways, sample_t, take_sample, energy_momentum, interaction
-   use hampm_interface_points, only: interfaces_t, holds, is_half, is_softening, find_face_force
+   use hampm_interface_points, only: interfaces_t, holds, is_half, is_softening
+   use hampm_face_slopes, only: find_face_force
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
    use hampm_material, only: material_t
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
+   use hampm_nearby, only: nearby_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: norm, in_plane, quarter_turn
    use hampm_crack_tip_field, only: modes, tip_field_t
@@ -237,7 +239,7 @@ contains
    !>
    !> Forces in a cohesive zone ahead of the tip are not of the body: the integrals are to be those of a circle around the zone, so
    !> that its faces count with q - 1. J is then the energy taken from the body where q is 1, and K that of the body around a short
-   !> zone. The same holds for failing cohesive points at a growing tip, also beyond the disc, where q is 0: zones are some cells
+   !> zone. The same holds for releasing bonded points at a growing tip, also beyond the disc, where q is 0: zones are some cells
    !> long, as discs may be.
    !>
    !> In the last cells the slope of a is largest, and the tractions of the compliant layer oscillate. At a closed tip the
@@ -253,15 +255,16 @@ contains
       real(dp), intent(inout) :: k_uncertainty(:, :) !! uncertain part of K by replaced tractions
       real(dp) :: force(ndim), slope(ndim), at_point(size(q, 1)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim), &
                   uncertainty(ndim)
+      type(nearby_t) :: near
       logical :: is_there, is_closed
       integer :: n, i, mode
       direction = domain%axes(:, 1)
       if (.not. total_frame) direction = direction + matmul(domain%turn, direction)
       do n = 1, interfaces%n
          at_point = 0
-         do i = 1, count(interfaces%list(n)%node > 0)    ! the mean of both faces, of which the right one has the other sign
+         do i = 1, count(interfaces%list(n)%jump%node > 0)    ! the mean of both faces, of which the right one has the other sign
             associate (point => interfaces%list(n))
-               at_point = at_point + sign(0.5_dp, point%n_left - i + 0.5_dp)*point%share(i)*q(:, point%node(i))
+               at_point = at_point + sign(0.5_dp, point%n_left - i + 0.5_dp)*point%jump%share(i)*q(:, point%jump%node(i))
             end associate
          end do
          if (is_half(interfaces%list(n))) at_point = 2*at_point ! there is one face
@@ -272,7 +275,7 @@ contains
          end if
          if (domain%has_zone .and. holds(interfaces%list(n))) at_point = merge(at_point - 1, 0.0_dp, at_point > rounding)
          uncertainty = 0
-         call find_face_force(interfaces, n, direction, force, slope, is_there)
+         call find_face_force(interfaces, near, n, direction, force, slope, is_there)
          is_closed = closed%has(interfaces%list(n))
          if (is_there .and. .not. is_closed) sums(:, 0) = sums(:, 0) + dot_product(force, slope)*at_point
          if (is_closed) then

@@ -224,16 +224,16 @@ contains
       largest = 0
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%law == contact) largest = max(largest, abs(dot_product(point%normal, jump_of(point%jump_t, u))))
+            if (point%law == contact) largest = max(largest, abs(dot_product(point%normal, jump_of(point%jump, u))))
          end associate
       end do
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
             if (point%law /= contact) cycle
             if (overlap_of(point) < 0) cycle
-            is_open = dot_product(point%normal, jump_of(point%jump_t, u)) > rounding*largest
+            is_open = dot_product(point%normal, jump_of(point%jump, u)) > rounding*largest
             is_new = is_new .or. is_open
-            point%touch = 0
+            point%contact_offset = 0
             point%slip = 0
             point%carried = 0
             point%opening = merge(point%cell, 0.0_dp, is_open)*point%normal

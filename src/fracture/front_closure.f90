@@ -177,12 +177,12 @@ contains
          call grid%dofs%condense(grid%dofs%every_node(), 2, sides%mass)
          call grid%dofs%condense(grid%dofs%every_node(), 2, sides%area)
          do i = 1, problem%interfaces%n          ! part of these forces held by points
-            associate (point => problem%interfaces%list(i))
+            associate (point => problem%interfaces%list(i), jump => problem%interfaces%list(i)%jump)
                if (point%law /= bonded .or. .not. is_in_plane(front, problem, point%middle)) cycle
-               do j = 1, size(point%node)
-                  if (point%node(j) == 0) exit
+               do j = 1, size(jump%node)
+                  if (jump%node(j) == 0) exit
                   side = merge(upper, lower, j <= point%n_left)
-                  sides%force(:, side, point%node(j)) = sides%force(:, side, point%node(j)) - point%share(j)*force_of(point)
+                  sides%force(:, side, jump%node(j)) = sides%force(:, side, jump%node(j)) - jump%share(j)*force_of(point)
                end do
             end associate
          end do

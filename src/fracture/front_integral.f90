@@ -15,8 +15,10 @@ module hampm_front_integral
    use hampm_basis, only: inside_cell
    use hampm_energy_momentum, only: ways, plateau, frame_t, sample_t, take_sample, energy_momentum, interaction, weight_at
    use hampm_front, only: front_t
-   use hampm_interface_points, only: bonded, energy_of, face_force, find_face_force, is_pressed
+   use hampm_interface_points, only: bonded, energy_of, face_force, is_pressed
+   use hampm_face_slopes, only: find_face_force
    use hampm_material, only: material_t
+   use hampm_nearby, only: nearby_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_outline, only: wall_t
    use hampm_problem, only: problem_t
@@ -74,6 +76,7 @@ contains
       integer :: i, mode, r
       logical :: is_there
       type(front_place_t) :: place
+      type(nearby_t) :: near
       associate (grid => problem%grid, front => domain%front, material => problem%materials(domain%material))
          allocate (of_node(ndim, 0:front_modes, grid%n_points), source=0.0_dp)
          call sum_particles(domain, problem, state, of_node)
@@ -95,7 +98,7 @@ contains
                if (point%law == bonded) then
                   at(0) = -energy_of(point)*place%curvature/(1 + place%curvature*place%ahead)
                else if (point%friction > 0) then
-                  call find_face_force(problem%interfaces, i, place%outward, force, slope, is_there)
+                  call find_face_force(problem%interfaces, near, i, place%outward, force, slope, is_there)
                   at(0) = dot_product(force, slope)
                end if
                place%above = 0

@@ -11,7 +11,7 @@ module hampm_openings
    use hampm_face_jumps, only: faces, faces_at, place_of_faces_t, place_between
    use hampm_front_integral, only: front_domain_t
    use hampm_grid, only: grid_t
-   use hampm_interface_points, only: extend_opening
+   use hampm_face_slopes, only: extend_opening
    use hampm_particles, only: particles_t
    use hampm_patch, only: patch_t, patch_of_face, fitted_displacement
    use hampm_plane_points, only: elements_beside

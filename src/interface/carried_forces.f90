@@ -10,7 +10,9 @@
 !> nothing is left to spare after a few turns. Source: Oden & Pires, J. Appl. Mech. 50 (1983) 67-76 (nonlocal law).
 module hampm_carried_forces
    use hampm_kinds, only: dp, ndim
-   use hampm_interface_points, only: interfaces_t, contact, face_force, is_pressed, along_faces, length_along
+   use hampm_interface_points, only: interfaces_t, face_force, is_pressed, along_faces, length_along, &
+                                     find_points
+   use hampm_nearby, only: nearby_t
    use hampm_tensors, only: norm
    implicit none
    private
@@ -26,6 +28,8 @@ contains
       real(dp), parameter :: reach = 1.5_dp      ! of a mean to either side [cells]
       real(dp) :: force(ndim, interfaces%n), mean(ndim), weight, area, spare, of_all
       logical :: carries(interfaces%n)
+      type(nearby_t) :: near
+      integer, allocatable :: found(:)
       integer :: k, j
       change = 0
       of_all = tiny(of_all)
@@ -44,12 +48,15 @@ contains
          mean = 0
          area = 0
          associate (point => interfaces%list(k))
-            do j = 1, interfaces%n
-               if (.not. carries(j) .or. interfaces%list(j)%line /= point%line) cycle
-               weight = 1 - norm(interfaces%list(j)%place - point%place)/(reach*max(point%cell, interfaces%list(j)%cell))
-               if (.not. weight > 0) cycle
-               mean = mean + weight*force(:, j)
-               area = area + weight*interfaces%list(j)%area
+            call find_points(interfaces, near, point%origin, 2*point%cell, found)
+            do j = 1, size(found)
+               associate (other => interfaces%list(found(j)))
+                  if (.not. carries(found(j)) .or. other%line /= point%line) cycle
+                  weight = 1 - norm(other%place - point%place)/(reach*max(point%cell, other%cell))
+                  if (.not. weight > 0) cycle
+                  mean = mean + weight*force(:, found(j))
+                  area = area + weight*other%area
+               end associate
             end do
             mean = point%area/(area*point%stiffness)*mean
             spare = 0

@@ -4,12 +4,14 @@
 module hampm_face_jumps
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: both_faces
+   use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_interface_point, only: interface_point_t
    use hampm_matter, only: matter_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: norm, quarter_turn, identity, inverse_transpose
    implicit none
    private
-   public :: faces, place_of_faces_t, faces_at, nearest_carrier, place_between, jump_between, turn_between, find_half_stiffness
+   public :: faces, place_of_faces_t, faces_at, nearest_carrier, place_between, jump_between, turn_between, place_point
 
    integer, parameter :: faces = 2               !! the left one first
 
@@ -151,6 +153,44 @@ contains
       end do
       stiffness = merge(2, 1, m%grid%is_quadratic())/compliance
    end subroutine find_half_stiffness
+
+   !> Complete an interface point of given place and normal between two elements: its layer, opening and nodes.
+   pure subroutine place_point(point, m, e, firmness, area, least_share)
+      type(interface_point_t), intent(inout) :: point
+      type(matter_t), intent(in) :: m
+      integer, intent(in) :: e(faces)            !! see `faces_at`
+      real(dp), intent(in) :: firmness           !! of the layer [E'/cell]
+      real(dp), intent(in) :: area               !! [m2]
+      real(dp), intent(in), optional :: least_share !! of a node, to be one of the point
+      real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf), share(most_nodes_of_leaf)
+      integer :: master(most_nodes_of_leaf), side, n, j, i
+      associate (x => point%place)
+         point%middle = x
+         point%origin = x
+         point%opening = jump_between(m, e, x)
+         point%pressed = max(0.0_dp, -dot_product(point%normal, point%opening))
+         point%area = area
+         call find_half_stiffness(m, e, x, firmness, point%cell, point%stiffness)
+         point%stiffness = area*point%stiffness
+         n = 0
+         do side = 1, faces
+            if (e(side) == 0) cycle
+            associate (element => nearest_carrier(m, e(side), x))
+               call m%grid%dofs%masters_of(m%grid%support_of(element), j, master, weight)
+               share(:j) = (3 - 2*side)*matmul(m%grid%functions_in(element, m%grid%local_coordinate(element, x)), weight(:, :j))
+            end associate
+            do i = 1, j
+               if (present(least_share)) then
+                  if (abs(share(i)) < least_share) cycle
+               end if
+               n = n + 1
+               point%jump%node(n) = master(i)
+               point%jump%share(n) = share(i)
+            end do
+            if (side == 1) point%n_left = n
+         end do
+      end associate
+   end subroutine place_point
 
    !> Rotation of the faces of a line, in the mean of the particles beside them, counter-clockwise [rad].
    pure real(dp) function turn_between(m, elements, normal) result(turn)

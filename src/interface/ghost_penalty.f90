@@ -178,7 +178,7 @@ contains
                call add_interface_point(interfaces, ghost)
                associate (point => interfaces%list(interfaces%n), bends => popcnt(hourglass_directions(k)) - 1)
                   call add_shares(point, m%grid, e, hourglass_functions(k, spread(0.5_dp, 1, ndim)))
-                  point%n_left = count(point%node > 0)
+                  point%n_left = count(point%jump%node > 0)
                   point%place = at + h/2
                   point%origin = point%place
                   point%length = h
@@ -287,13 +287,13 @@ contains
                   point%place = grid%element_lower(:, e) + xi*h
                   point%origin = point%place
                   call add_shares(point, grid, e, way*derivatives_along(grid%n_functions, direction, k, xi))
-                  point%n_left = count(point%node > 0)
+                  point%n_left = count(point%jump%node > 0)
                   call add_shares(point, grid, other, -way*(h/of_other)**k* &
                                   derivatives_along(grid%n_functions, direction, k, &
                                                     (point%place - grid%element_lower(:, other))/of_other))
                   associate (factor => part_of_jump(k)*weight(i, p)*interfaces%thickness%at(point%place))
                      point%stiffness = factor*firmness
-                     point%mass = factor*heaviness*h**ndim
+                     point%jump%mass = factor*heaviness*h**ndim
                   end associate
                   point%length = weight(i, p)*h
                   point%cell = grid%leaf_size(e)
@@ -313,11 +313,11 @@ contains
       integer :: master(most_nodes_of_leaf), n, j, at
       call grid%dofs%masters_of(grid%support_of(cell), n, master, of_master)
       do j = 1, n
-         do at = 1, size(point%node)
-            if (point%node(at) == master(j) .or. point%node(at) == 0) exit
+         do at = 1, size(point%jump%node)
+            if (point%jump%node(at) == master(j) .or. point%jump%node(at) == 0) exit
          end do
-         point%node(at) = master(j)
-         point%share(at) = point%share(at) + dot_product(derivative, of_master(:, j))
+         point%jump%node(at) = master(j)
+         point%jump%share(at) = point%jump%share(at) + dot_product(derivative, of_master(:, j))
       end do
    end subroutine add_shares
 end module hampm_ghost_penalty

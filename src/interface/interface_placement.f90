@@ -1,34 +1,22 @@
 !> Placement of the interface points between the sides of cracks (`hampm_interface_points`), on each new grid: layers of bonded
 !> points in the leaves in which cracks end, of contact points where faces may touch, of cohesive points where a cohesive law holds
 !> them.
-!>
-!> Initial forces of bonded points where cells are cut through stressed material, so that the cut changes nothing at that moment:
-!> the accelerations of the nodes of both faces do not separate them,
-!>
-!>    C M**-1 C' x = C M**-1 S f,
-!>
-!> with C the weights of the nodes in the openings, M their lumped masses, f the forces on them, S the held part of these, and x the
-!> forces of the points beyond the mean traction of the material. S is the length of a node's function along the points, over its
-!> length along a side of a cell. Least squares of x over the lengths of the points, damped for points much shorter than a cell.
 module hampm_interface_placement
-   use hampm_kinds, only: dp, ndim, plane
+   use hampm_kinds, only: dp, ndim
+   use hampm_bonded_forces, only: balance_bonded_points
    use hampm_constraints, only: constraints_t
-   use hampm_crack_lines, only: left_face, right_face, both_faces
+   use hampm_crack_lines, only: both_faces
    use hampm_cut_cells, only: end_leaf_t
-   use hampm_dofs, only: most_nodes_of_leaf
-   use hampm_face_jumps, only: faces, faces_at, nearest_carrier, place_of_faces_t, place_between, jump_between, &
-                                find_half_stiffness
-   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, support, holds, along, &
-                                     direction_of, add_interface_point, force_of, face_force, overlap_of, sliding_of, along_faces, &
-                                     energy_of, is_half, add_interface_forces, vector_of, components_of
+   use hampm_face_jumps, only: faces, faces_at, place_of_faces_t, place_between, place_point
+   use hampm_interface_points, only: interfaces_t, releasing, bonded, contact, cohesive, along_faces, add_interface_point, &
+                                     find_points
+   use hampm_interface_transfer, only: transfer_points, start_bonded_point
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: stabilise_small_cut_cells, hold_lone_particles
-   use hampm_jumps, only: give_nodes, jump_of
-   use hampm_lapack, only: dposv
    use hampm_matter, only: matter_t
+   use hampm_nearby, only: nearby_t
    use hampm_plane_points, only: add_points_of_planes
    use hampm_part_supports, only: hold_ends_of_supports
-   use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
    use hampm_tensors, only: norm, quarter_turn
    implicit none
    private
@@ -84,6 +72,7 @@ contains
       type(matter_t), intent(in) :: m
       type(constraints_t), intent(in) :: constraints
       type(interfaces_t) :: old
+      type(nearby_t) :: near                     ! table of these
       integer :: k, supports, faces
       old = interfaces
       if (.not. allocated(interfaces%list)) allocate (interfaces%list(64))
@@ -93,8 +82,8 @@ contains
       interfaces%n_at_end = 0
       call hold_ends_of_supports(interfaces, m, constraints)
       supports = interfaces%n
-      if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
-      if (allocated(m%grid%planes)) call add_points_of_planes(interfaces, m, old)
+      if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old, near)
+      if (allocated(m%grid%planes)) call add_points_of_planes(interfaces, m, old, near)
       faces = interfaces%n
       if ((m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies)) .and. ndim == 2 .and. & ! solids have aggregated nodes only
           (m%grid%is_quadratic() .or. .not. interfaces%are_bounded .or. interfaces%strain_last)) &
@@ -103,25 +92,26 @@ contains
       if (m%grid%is_quadratic()) & ! ghost penalties of small cut cells have a mass
          interfaces%n_at_end = min(interfaces%n_at_end, merge(faces, supports, interfaces%n_contact + interfaces%n_cohesive > 0))
       if (.not. (interfaces%are_bounded .or. m%grid%is_quadratic())) call hold_lone_particles(interfaces, m)
-      call go_on(interfaces, old)
+      call transfer_points(interfaces, old, near)
       do k = 1, interfaces%n
          if (interfaces%list(k)%plane > 0) cycle
-         interfaces%list(k)%felt = interfaces%list(k)%opening
+         interfaces%list(k)%effective_opening = interfaces%list(k)%opening
       end do
    end subroutine rebuild_interfaces
 
    !> Add the bonded points of all tips and the contact of all faces.
-   pure subroutine add_interfaces_of_cracks(interfaces, m, old)
+   pure subroutine add_interfaces_of_cracks(interfaces, m, old, near)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       type(interfaces_t), intent(in) :: old    !! the last bonded points of moving tips
+      type(nearby_t), intent(inout) :: near      !! table of these
       logical, allocatable :: begins(:)
       integer :: k, s
       do k = 1, size(m%grid%cut_cells%ends)
          associate (end => m%grid%cut_cells%ends(k))
             associate (line => m%grid%cut_cells%lines(end%line))
                if (max(line%bonded(end%end), line%grown(end%end)) > 0) then
-                  if (line%cohesion == 0) call add_cohesive_points_of_tip(interfaces, m, k, old)
+                  if (line%cohesion == 0) call add_bonded_points_of_tip(interfaces, m, k, old)
                else if (end%leaf > 0) then
                   call add_along(interfaces, m, reshape([end%tip, end%front], [ndim, 2]), &
                                  layer_t(bonded, tip=merge(0, k, m%particles%total_frame), face=line%face))
@@ -134,18 +124,18 @@ contains
          if (interfaces%list(s)%tip == 0) cycle
          associate (end => m%grid%cut_cells%ends(interfaces%list(s)%tip))
             associate (line => m%grid%cut_cells%lines(end%line))
-               call begin_cohesive_point(interfaces%list(s), old, line%grown(end%end), m, begins(s))
+               call start_bonded_point(interfaces%list(s), old, near, line%grown(end%end), m, begins(s))
                if (max(line%bonded(end%end), line%grown(end%end)) > 0) begins(s) = .false. ! see docs/explanation/growth.md
             end associate
          end associate
       end do
-      if (.not. m%particles%total_frame .and. any(begins)) call balance_cohesive_points(interfaces, begins, m)
+      if (.not. m%particles%total_frame .and. any(begins)) call balance_bonded_points(interfaces, begins, m)
       do k = 1, size(m%grid%cut_cells%lines)
          if (m%grid%cut_cells%lines(k)%cohesion > 0) call add_cohesion(interfaces, m, k)
          if (.not. m%grid%cut_cells%lines(k)%contact) cycle
          s = interfaces%n
          call add_contact(interfaces, m, k, certain=.false.)
-         call leave_to_cohesive_points(interfaces, s)
+         call leave_to_released_points(interfaces, s)
       end do
    end subroutine add_interfaces_of_cracks
 
@@ -170,185 +160,32 @@ contains
    end subroutine add_cohesion
 
    !> Drop contact where bonded points have failed, whose faces press on each other by themselves.
-   pure subroutine leave_to_cohesive_points(interfaces, n)
+   pure subroutine leave_to_released_points(interfaces, n)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: n                   !! number of interface points before the contact was added
       real(dp), parameter :: reach = 0.55_dp     ! part of the length of a bonded point on either side of it
-      integer :: k, s, fraction_left
-      fraction_left = n
+      type(nearby_t) :: near
+      integer, allocatable :: found(:)
+      integer :: k, s, n_kept
+      if (.not. any(interfaces%list(:n)%law == releasing)) return
+      n_kept = n
       do s = n + 1, interfaces%n
-         associate (point => interfaces%list(s))
-            if (any([(interfaces%list(k)%is_failing .and. interfaces%list(k)%line == point%line .and. &
-                      norm(interfaces%list(k)%place - point%place) <= reach*interfaces%list(k)%length, k=1, n)])) cycle
+         call find_points(interfaces, near, interfaces%list(s)%origin, 0.0_dp, found)
+         associate (point => interfaces%list(s), before => interfaces%list(pack(found, found <= n)))
+            if (any([(before(k)%law == releasing .and. before(k)%line == point%line .and. &
+                      norm(before(k)%place - point%place) <= reach*before(k)%length, k=1, size(before))])) cycle
          end associate
-         fraction_left = fraction_left + 1
-         interfaces%list(fraction_left) = interfaces%list(s)
+         n_kept = n_kept + 1
+         interfaces%list(n_kept) = interfaces%list(s)
       end do
-      interfaces%n_contact = interfaces%n_contact - (interfaces%n - fraction_left)
-      interfaces%n = fraction_left
-   end subroutine leave_to_cohesive_points
-
-   !> Transfer the state of old points to new points at the same places: particles give only the opening of a linear field between
-   !> the nodes, and repeated changes of the mesh elsewhere would erase the rest of it and return other work than was put in. Points
-   !> of faces are transferred between old places too.
-   pure subroutine go_on(interfaces, old)
-      type(interfaces_t), intent(inout) :: interfaces
-      type(interfaces_t), intent(in) :: old    !! those on the grid before
-      integer :: s, k, i
-      logical :: is_there
-      k = 0
-      do s = 1, interfaces%n
-         associate (point => interfaces%list(s))
-            if (point%tip > 0 .and. .not. (point%is_failing .and. point%line > 0)) cycle ! see `begin_cohesive_point`
-            if (point%plane > 0) cycle           ! see `hampm_plane_points`
-            is_there = .false.
-            do i = 1, old%n                      ! most follow each other as before
-               k = mod(k, old%n) + 1
-               associate (before => old%list(k))
-                  if (.not. is_before(before, point)) cycle
-                  is_there = max(norm(before%origin - point%origin), abs(before%length - point%length)) <= same*point%cell
-                  if (.not. is_there) cycle
-                  if (point%tip == 0) then
-                     point%opening = turned(before%opening, before, point)
-                     point%rate = turned(before%rate, before, point)
-                  end if
-                  if (point%line > 0) call go_on_as(point, before, old%keep_slip)
-                  exit
-               end associate
-            end do
-            if (.not. is_there .and. point%line > 0) call go_on_between(point, old)
-         end associate
-      end do
-   end subroutine go_on
-
-   !> Interpolate the state of a point between faces from the nearest old points on either side of it, or the means of those equally
-   !> near. Beside all of them it has the state of the last, within its length. In space it has the state of the nearest.
-   pure subroutine go_on_between(point, old)
-      type(interface_point_t), intent(inout) :: point
-      type(interfaces_t), intent(in) :: old
-      type(interface_point_t) :: one, mean(2)
-      real(dp) :: distance, least(2), cell(2), length(2)
-      integer :: k, side, n(2)
-      n = 0
-      least = huge(least)
-      cell = 0
-      length = 0
-      do k = 1, old%n
-         if (.not. is_before(old%list(k), point)) cycle
-         distance = norm(old%list(k)%origin - point%origin)
-         side = merge(1, 2, ndim > plane .or. dot_product(along(point), old%list(k)%place - point%place) < 0)
-         if (distance > least(side) + same*point%cell) cycle
-         if (distance < least(side) - same*point%cell) n(side) = 0
-         one = point
-         call go_on_as(one, old%list(k), old%keep_slip)
-         if (n(side) == 0) then
-            mean(side) = one
-            cell(side) = 0
-            length(side) = 0
-         end if
-         n(side) = n(side) + 1
-         mean(side) = between(mean(side), one, 1.0_dp/n(side))
-         least(side) = distance
-         cell(side) = max(cell(side), old%list(k)%cell)
-         length(side) = max(length(side), old%list(k)%length)
-      end do
-      side = minloc(least, dim=1)
-      if (all(least <= cell)) then
-         point = between(mean(1), mean(2), least(1)/sum(least))
-      else if (least(side) <= length(side)) then
-         point = mean(side)
-      end if
-   end subroutine go_on_between
-
-   !> A point between faces that is a part of the way from one to another.
-   pure type(interface_point_t) function between(one, other, part)
-      type(interface_point_t), intent(in) :: one, other
-      real(dp), intent(in) :: part
-      between = one
-      between%opening = one%opening + part*(other%opening - one%opening)
-      between%touch = one%touch + part*(other%touch - one%touch)
-      between%start = one%start + part*(other%start - one%start)
-      between%carried = one%carried + part*(other%carried - one%carried)
-      between%spare = one%spare + part*(other%spare - one%spare)
-      between%pressed = one%pressed + part*(other%pressed - one%pressed)
-      between%slip = one%slip + part*(other%slip - one%slip)
-      between%slid = one%slid + part*(other%slid - one%slid)
-      between%damage = one%damage + part*(other%damage - one%damage)
-      between%taken = one%taken + part*(other%taken - one%taken)
-   end function between
-
-   !> Whether an old point is a predecessor of another one: faces that press on each other may have been a point that has failed.
-   pure logical function is_before(before, point)
-      type(interface_point_t), intent(in) :: before, point
-      is_before = before%line == point%line
-      if (.not. is_before) return
-      if (point%tip > 0) then
-         is_before = before%tip == point%tip .and. before%is_failing
-      else
-         is_before = merge(before%tip == 0, before%is_failing, before%law == point%law)
-         if (point%law == support) is_before = is_before .and. norm(before%normal - point%normal) <= same
-      end if
-   end function is_before
-
-   !> Rotate a vector at an old point, across and along the faces, to its successor: material may have rotated it, and bonded points
-   !> follow the path of their tip, contact the points of its crack.
-   pure function turned(vector, before, point)
-      real(dp), intent(in) :: vector(ndim)
-      type(interface_point_t), intent(in) :: before, point
-      real(dp) :: turned(ndim)
-      turned = vector_of(point, components_of(before, vector))
-   end function turned
-
-   !> Copy the state of faces: damage; or, per length, pressure and friction force, and separated faces stay so. Overlap and sliding
-   !> are copied too, and take effect gradually (`ease_faces`), as the layer is another one.
-   pure subroutine go_on_as(point, before, keep_slip)
-      type(interface_point_t), intent(inout) :: point
-      type(interface_point_t), intent(in) :: before
-      logical, intent(in) :: keep_slip           !! whether slip since the last step is not yet committed
-      real(dp) :: felt(ndim), strain(ndim), across, firmer
-      integer :: d
-      if (point%tip == 0) point%opening = turned(before%opening, before, point) ! else it has one of its own
-      point%damage = before%damage
-      point%taken = before%taken
-      point%slid = before%slid
-      if (holds(point)) return
-      firmer = merge(point%length/before%length, point%area/before%area, ndim == plane)*before%stiffness/point%stiffness
-      point%carried = firmer*turned(before%carried, before, point)
-      point%spare = firmer*before%spare
-      strain = turned(face_force(before)/before%stiffness, before, point)
-      if (keep_slip) then
-         strain = dot_product(strain, point%normal)*point%normal
-         associate (sliding => sliding_of(before))
-            do d = 2, ndim
-               strain = strain + sliding(d - 1)*direction_of(point, d)
-            end do
-         end associate
-      end if
-      strain = strain - turned(before%carried, before, point)
-      felt = firmer*strain
-      if (point%law == contact) then
-         if (before%law == contact) strain = strain + turned(before%start, before, point)
-         point%start = strain - felt
-      else
-         strain = felt
-      end if
-      associate (n => point%normal)
-         across = dot_product(n, strain)
-         if (.not. dot_product(n, felt + point%carried) < 0) across = max(0.0_dp, -overlap_of(before))
-         if (point%law == contact) then
-            point%opening = point%opening + (across - dot_product(n, point%opening))*n
-         else
-            point%touch = dot_product(n, point%opening) - across
-         end if
-         point%pressed = max(0.0_dp, -dot_product(n, felt + point%carried))
-         point%slip = along_faces(point, point%opening - strain)
-      end associate
-   end subroutine go_on_as
+      interfaces%n_contact = interfaces%n_contact - (interfaces%n - n_kept)
+      interfaces%n = n_kept
+   end subroutine leave_to_released_points
 
    !> Add the bonded points of a moving tip, along its path, from zero force to the end of the cut cells. The ends of layers do not
    !> depend on the place of the tip. Where the material carries the crack through the cells, each point keeps its place in the
    !> material, with its dissipation, up to the end of the planned path; beyond is a layer in the cells, or a surface.
-   pure subroutine add_cohesive_points_of_tip(interfaces, m, tip, old)
+   pure subroutine add_bonded_points_of_tip(interfaces, m, tip, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       integer, intent(in) :: tip                 !! its number
@@ -374,7 +211,7 @@ contains
             call add_points_in_material(interfaces, m, end, kind, after)
          end associate
       end associate
-   end subroutine add_cohesive_points_of_tip
+   end subroutine add_bonded_points_of_tip
 
    !> The same along a line that the material carries, from a way of the tip on.
    pure subroutine add_points_in_material(interfaces, m, end, of_tip, after)
@@ -418,110 +255,6 @@ contains
       real(dp) :: normal(ndim)
       normal = quarter_turn(direction)/norm(direction)
    end function left_of
-
-   !> Start a bonded point of a moving tip, or of one carried through the cells: with its state on the last grid, or with the
-   !> traction of the material.
-   pure subroutine begin_cohesive_point(point, old, grown, m, begins)
-      type(interface_point_t), intent(inout) :: point
-      type(interfaces_t), intent(in) :: old
-      real(dp), intent(in) :: grown              !! way of the tip so far [m]
-      type(matter_t), intent(in) :: m
-      logical, intent(out) :: begins             !! whether it is new, and the crack has not reached it
-      real(dp), allocatable :: distance(:)
-      integer :: k, nearest, face
-      allocate (distance(old%n))
-      begins = .false.
-      ! of two as near the one behind, independent of rounding of the middle between them
-      distance = [(abs(old%list(k)%way - point%way) + 1e-9_dp*old%list(k)%way + norm(old%list(k)%origin - point%origin), &
-                   k=1, old%n)]
-      nearest = minloc(distance, dim=1, mask=[(old%list(k)%tip == point%tip .or. & ! or of a tip which did not move, in equilibrium
-                                               .not. m%particles%total_frame .and. old%list(k)%tip == 0 .and. &
-                                               old%list(k)%law == bonded, k=1, old%n)])
-      if (nearest > 0) then
-         if (distance(nearest) > max(old%list(nearest)%length, point%length)) nearest = 0
-      end if
-      if (nearest > 0) then
-         if (stays(old%list(nearest), point)) then
-            call continue_as(point, old%list(nearest))
-            return
-         end if
-      end if
-      point%start = point%opening
-      if (nearest > 0) then
-         associate (before => old%list(nearest))
-            point%held = point%length/before%length*merge(before%held, force_of(before), before%is_failing)
-            if (.not. m%particles%total_frame) point%held = turned(point%held, before, point)
-            point%stored = point%length/before%length*merge(before%stored, energy_of(before), before%is_failing)
-            point%is_failing = before%is_failing
-            point%fraction_left = before%fraction_left
-            point%reached = before%reached
-            if (point%is_failing) point%start = point%opening - (before%opening - before%start)
-            if (point%is_failing .and. point%line > 0) point%touch = min(0.0_dp, dot_product(point%normal, point%opening))
-         end associate
-      else if (point%way < grown) then
-         point%is_failing = .true.
-         point%fraction_left = 0
-         if (point%line > 0) point%touch = min(0.0_dp, dot_product(point%normal, point%opening))
-      else
-         begins = .true.
-         face = both_faces
-         if (is_half(point)) face = merge(left_face, right_face, point%n_left > 0)
-         point%held = point%area*traction_at(m, point%place, point%normal, face)
-      end if
-   end subroutine begin_cohesive_point
-
-   !> Whether a bonded point has the place in the material of an old one.
-   pure logical function stays(before, point)
-      type(interface_point_t), intent(in) :: before, point
-      stays = .not. point%follows_leaf .and. .not. before%follows_leaf .and. abs(before%length - point%length) < same*point%length &
-              .and. abs(before%way - point%way) < same*point%length
-   end function stays
-
-   !> Continue an old bonded point in other cells: the material may have rotated it.
-   pure subroutine continue_as(point, before)
-      type(interface_point_t), intent(inout) :: point
-      type(interface_point_t), intent(in) :: before
-      point%opening = turned(before%opening, before, point)
-      point%start = turned(before%start, before, point)
-      point%held = turned(before%held, before, point)
-      point%stored = before%stored
-      point%is_failing = before%is_failing
-      point%fraction_left = before%fraction_left
-      point%reached = before%reached
-      point%touch = before%touch
-      point%slip = before%slip
-      point%slid = before%slid
-      point%pressed = before%pressed
-   end subroutine continue_as
-
-   !> Traction in the material on both sides of a line, on its right side [Pa], by the mean stress of the particles of the leaf.
-   !> On a symmetry plane the mean with the mirror image has no part along it.
-   pure function traction_at(m, x, normal, face) result(traction)
-      type(matter_t), intent(in) :: m
-      real(dp), intent(in) :: x(ndim)            !! on the line [m]
-      real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
-      integer, intent(in) :: face                !! which faces have material
-      real(dp) :: traction(ndim)
-      integer :: e(faces), side, i
-      real(dp) :: volume
-      traction = 0
-      volume = 0
-      e = faces_at(m, x, normal, face)
-      do side = 1, faces
-         if (e(side) == 0) cycle
-         associate (carrier => nearest_carrier(m, e(side), x))
-            do i = m%blocks%first_in(carrier), m%blocks%last_in(carrier), m%blocks%stride_in(carrier)
-               volume = volume + m%particles%volume(i)
-               traction = traction + m%particles%volume(i) &
-                     *matmul(m%materials(m%particles%material(i))%first_piola_stress(m%particles%gradient_of(i), &
-                                                                                     m%particles%history_of(i), &
-                                                                                     m%particles%hoop_of(i)), normal)
-            end do
-         end associate
-      end do
-      if (volume > 0) traction = traction/volume
-      if (face /= both_faces) traction = dot_product(traction, normal)*normal
-   end function traction_at
 
    !> The least opening normal to a line, over the ends of the leaves, and the largest jump between its faces [m]; 0 if there are
    !> none.
@@ -688,8 +421,7 @@ contains
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(in) :: normal(ndim)       !! unit vector to the left of the line
       real(dp), intent(in) :: length             !! [m]
-      real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf)
-      integer :: side, e(faces), master(most_nodes_of_leaf), n, j
+      integer :: e(faces)
       e = faces_at(m, x, normal, layer%face, by_edges=.true.) ! a corner may belong to the other side
       if (all(e == 0)) return
       if (any(layer%law == [cohesive, contact]) .and. all(m%blocks%count_in(pack(e, e > 0)) == 0)) return ! there is no material
@@ -699,36 +431,18 @@ contains
          point%normal = normal
          point%place = x
          if (layer%certain) return
-         point%opening = jump_between(m, e, x)
-         point%middle = x
-         point%origin = x
+         call place_point(point, m, e, firmness, interfaces%thickness%at(x)*length)
          if (layer%line > 0) point%origin = m%grid%cut_cells%origin_of(layer%line, x)
          point%length = length
-         point%area = interfaces%thickness%at(x)*length
          point%friction = layer%friction
          point%line = layer%line
          point%cohesion = layer%cohesion
          point%tip = layer%tip
          point%way = layer%way
-         call find_half_stiffness(m, e, x, firmness, point%cell, point%stiffness)
-         point%stiffness = point%stiffness*point%area
          point%is_firm = layer%law == contact .and. .not. (layer%friction > 0 .or. any(is_cut(e)))
          if (point%is_firm) point%stiffness = of_whole_cells*point%stiffness
-         n = 0
-         do side = 1, faces
-            if (e(side) == 0) cycle
-            associate (element => nearest_carrier(m, e(side), x))
-               call m%grid%dofs%masters_of(m%grid%support_of(element), j, master, weight)
-               point%node(n + 1:n + j) = master(:j)
-               point%share(n + 1:n + j) = (3 - 2*side)*matmul(m%grid%functions_in(element, m%grid%local_coordinate(element, x)), &
-                                                               weight(:, :j))
-               n = n + j
-               if (side == 1) point%n_left = n
-            end associate
-         end do
          point%slip = along_faces(point, point%opening)
          point%slid = point%slip
-         point%pressed = max(0.0_dp, -dot_product(normal, point%opening))
       end associate
 
    contains
@@ -741,83 +455,4 @@ contains
       end function is_cut
    end subroutine add_point
 
-   !> Let new bonded points hold their faces together as the uncut cells did.
-   pure subroutine balance_cohesive_points(interfaces, begins, m)
-      type(interfaces_t), intent(inout) :: interfaces
-      logical, intent(in) :: begins(:)
-      type(matter_t), intent(in) :: m
-      real(dp), parameter :: firm = 0.005_dp     ! relative damping of least squares: small except for short layers
-      real(dp), allocatable :: mass(:), held(:)
-      real(dp) :: damping
-      real(dp), allocatable :: force(:, :), inverse(:, :), moved(:, :) ! moved: by a unit force of a bonded point [1/kg]
-      real(dp) :: matrix(count(begins), count(begins)), x(count(begins), ndim), change(ndim)
-      integer, allocatable :: new(:)
-      integer :: i, j, info
-      allocate (force(ndim, m%grid%n_nodes), inverse(ndim, m%grid%n_nodes), moved(ndim, m%grid%n_nodes))
-      allocate (mass(m%grid%n_nodes), held(m%grid%n_nodes))
-      call load_nodes(interfaces, m, mass, force)
-      new = pack([(i, i=1, interfaces%n)], begins)
-      held = 0
-      do i = 1, size(new)
-         associate (point => interfaces%list(new(i)))
-            do j = 1, count(point%node > 0)      ! its function along them, over that on a side of a cell
-               held(point%node(j)) = held(point%node(j)) + abs(point%share(j))*point%length/(point%cell/2)
-            end do
-         end associate
-      end do
-      inverse = spread(merge(1/max(mass, tiny(mass)), 0.0_dp, mass > 0), 1, ndim)
-      force = inverse*spread(min(1.0_dp, held), 1, ndim)*force
-      damping = 0
-      do i = 1, size(new)
-         associate (point => interfaces%list(new(i)), n => count(interfaces%list(new(i))%node > 0))
-            damping = max(damping, firm*point%cell*sum(point%share(:n)**2/mass(point%node(:n))))
-            x(i, :) = sqrt(point%length)*jump_of(point%jump_t, force)
-            moved = 0
-            call give_nodes(point%jump_t, spread(1.0_dp, 1, ndim), moved, inverse)
-            do j = 1, size(new)
-               change = jump_of(interfaces%list(new(j))%jump_t, moved)
-               matrix(i, j) = sqrt(point%length*interfaces%list(new(j))%length)*change(1)
-            end do
-         end associate
-      end do
-      do i = 1, size(new)
-         matrix(i, i) = matrix(i, i) + damping
-      end do
-      call dposv('L', size(new), ndim, matrix, size(new), x, size(new), info)
-      if (info /= 0) return                      ! NaN: reported elsewhere
-      do i = 1, size(new)
-         interfaces%list(new(i))%held = interfaces%list(new(i))%held + sqrt(interfaces%list(new(i))%length)*x(i, :)
-      end do
-   end subroutine balance_cohesive_points
-
-   !> Lumped masses of the nodes of interface points, and the forces on them of the particles (hanging nodes included) and of the
-   !> points; masses of other nodes are 0.
-   pure subroutine load_nodes(interfaces, m, mass, force)
-      type(interfaces_t), intent(in) :: interfaces
-      type(matter_t), intent(in) :: m
-      real(dp), intent(out) :: mass(:)           !! [kg]
-      real(dp), intent(out) :: force(:, :)       !! [N], (ndim, nodes)
-      logical :: is_wanted(size(mass))
-      type(patch_t) :: patch
-      real(dp) :: weight(1, most_nodes_of_leaf)
-      integer :: node, n, j, k, master(most_nodes_of_leaf)
-      is_wanted = .false.
-      do k = 1, interfaces%n
-         is_wanted(pack(interfaces%list(k)%node, interfaces%list(k)%node > 0)) = .true.
-      end do
-      mass = 0
-      force = 0
-      do node = 1, m%grid%n_points
-         call m%grid%dofs%masters_of([node], n, master, weight)
-         if (.not. any(is_wanted(master(:n)))) cycle
-         call patch_around(m%grid, m%particles, m%blocks, node, patch)
-         do j = 1, n
-            mass(master(j)) = mass(master(j)) + weight(1, j)*patch_mass(patch, m%particles)
-            force(:, master(j)) = force(:, master(j)) + weight(1, j)*internal_force(patch, m%particles, m%materials)
-         end do
-      end do
-      ! Particles on an edge of a cell do not load the nodes at the opposite one: avoid division by next to nothing
-      where (is_wanted) mass = max(mass, epsilon(mass)*maxval(mass), tiny(mass))
-      call add_interface_forces(interfaces, 1, force)
-   end subroutine load_nodes
 end module hampm_interface_placement

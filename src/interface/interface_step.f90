@@ -17,8 +17,8 @@ module hampm_interface_step
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
-   use hampm_interface_points, only: interfaces_t, direction_of, components_of, vector_of, of_direction, interface_states, &
-                                     stiffness_of_axes, force_at, have_friction, &
+   use hampm_interface_points, only: interfaces_t, direction_of, components_of, vector_of, interface_states, &
+                                     stiffness_in_directions, force_at, have_friction, &
                                      hold_friction, cohesion_at, holds, are_apart
    use hampm_cohesive_law, only: cohesive_state_t
    use hampm_jumps, only: jump_of, give_nodes, add_mass_product
@@ -128,7 +128,7 @@ contains
                change = change + of%mapped(:, j)*acceleration(:, of%node(j))
             end do
             change = dt*change
-            if (are_apart(point)) change = change + jump_of(point%jump_t, velocity) - dt*jump_of(point%jump_t, acceleration)
+            if (are_apart(point)) change = change + jump_of(point%jump, velocity) - dt*jump_of(point%jump, acceleration)
             before(ndim*(k - 1) + 1:ndim*k) = dt*components_of(point, change)
          end associate
       end do
@@ -140,14 +140,14 @@ contains
          if (pass > 1 .and. maxval(abs(f - before)) <= tolerance*maxval(abs(f))) exit
          call hold_friction(interfaces)
       end do
-      if (rubs) interfaces%list(:interfaces%n)%most_held = -1
+      if (rubs) interfaces%list(:interfaces%n)%friction_limit = -1
       do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k))
-            point%felt = point%opening
+            point%effective_opening = point%opening
             point%opening = self%opening(:, k)
             point%before = point%opening
             acting(:, k) = vector_of(point, f(ndim*(k - 1) + 1:ndim*k))
-            call give_nodes(point%jump_t, -acting(:, k), force)
+            call give_nodes(point%jump, -acting(:, k), force)
          end associate
       end do
       call move_nodes(self, interfaces, m, acting, masses, solver, failure)
@@ -195,7 +195,7 @@ contains
             do j = 1, size(of%acceleration, 2)
                self%moved(:, of%node(j)) = self%moved(:, of%node(j)) - acting(:, k)*of%acceleration(:, j)
             end do
-            if (self%are_near) call give_nodes(interfaces%list(k)%jump_t, -acting(:, k), self%unit)
+            if (self%are_near) call give_nodes(interfaces%list(k)%jump, -acting(:, k), self%unit)
          end associate
       end do
       if (.not. self%are_near) return
@@ -229,8 +229,8 @@ contains
       if (failure%failed()) return
       do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k), of => self%responses(k))
-            associate (nodes => point%node(:count(point%node > 0)))
-               call give_nodes(point%jump_t, spread(1.0_dp, 1, ndim), self%unit)
+            associate (nodes => point%jump%node(:count(point%jump%node > 0)))
+               call give_nodes(point%jump, spread(1.0_dp, 1, ndim), self%unit)
                if (interfaces%are_lumped .or. self%are_near) then
                   do j = 1, size(nodes)
                      if (masses%lumped(nodes(j)) > 0) &
@@ -298,7 +298,7 @@ contains
       call pattern_of_elements(m%grid, self%elements, self%numbering, self%masses)
       if (.not. interfaces%are_lumped) return
       do k = 1, interfaces%n_at_end
-         associate (node => interfaces%list(k)%node, at => self%masses%row_start, of => self%responses(k))
+         associate (node => interfaces%list(k)%jump%node, at => self%masses%row_start, of => self%responses(k))
             of%node = node(:count(node > 0))
             do j = 1, count(node > 0)
                of%node = [of%node, self%masses%column(at(node(j)):at(node(j) + 1) - 1)]
@@ -337,7 +337,7 @@ contains
       allocate (is_near(m%grid%n_points))
       is_near = .not. interfaces%are_lumped .and. m%particles%total_frame
       do k = 1, interfaces%n_at_end
-         is_near(pack(interfaces%list(k)%node, interfaces%list(k)%node > 0)) = .true.
+         is_near(pack(interfaces%list(k)%jump%node, interfaces%list(k)%jump%node > 0)) = .true.
       end do
       do ring = 0, merge(0, rings, interfaces%are_lumped .or. m%particles%total_frame)
          if (ring > 0) then
@@ -589,13 +589,13 @@ contains
       type(cohesive_state_t) :: answer
       integer :: k, d
       do k = 1, interfaces%n_at_end
-         tangent = stiffness_of_axes(interfaces, k)
+         tangent = stiffness_in_directions(interfaces, k)
          if (holds(interfaces%list(k))) then
             answer = cohesion_at(interfaces, k)
-            tangent = answer%secant
+            tangent(:2, :2) = answer%secant(2:1:-1, 2:1:-1)
          end if
          do d = 1, ndim
-            slopes(ndim*(k - 1) + d) = self%beta(k)*tangent(of_direction(d), of_direction(d))
+            slopes(ndim*(k - 1) + d) = self%beta(k)*tangent(d, d)
          end do
       end do
    end function slopes_of_law

@@ -11,7 +11,7 @@
 module hampm_nodal_release
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
-   use hampm_interface_points, only: interfaces_t, interface_point_t, along, force_of, energy_of, pulls
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, releasing, along, force_of, energy_of, pulls
    use hampm_interface_placement, only: release_length
    implicit none
    private
@@ -31,7 +31,7 @@ contains
       taken = 0
       do k = 1, interfaces%n
          if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%way > way) cycle
-         if (.not. interfaces%list(k)%is_failing) call start_failure(interfaces%list(k), k <= interfaces%n_at_end, taken)
+         if (interfaces%list(k)%law == bonded) call start_failure(interfaces%list(k), k <= interfaces%n_at_end, taken)
          interfaces%list(k)%fraction_left = min(interfaces%list(k)%fraction_left, &
                                                 max(0.0_dp, 1 - (way + further - interfaces%list(k)%way) &
                                                                                   /(release_length*interfaces%list(k)%cell)))
@@ -52,7 +52,7 @@ contains
       taken = 0
       overload = 0
       do k = 1, interfaces%n
-         if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%is_failing) cycle
+         if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%law == releasing) cycle
          force = force_of(as_felt(interfaces%list(k), k <= interfaces%n_at_end))
          across = dot_product(force, interfaces%list(k)%normal)
          force = force - min(across, 0.0_dp)*interfaces%list(k)%normal
@@ -66,12 +66,12 @@ contains
    end subroutine fail_beyond
 
    !> A bonded point with the opening that had the force of the last step: its own oscillates about that.
-   pure function as_felt(point, at_end) result(cohesive_point)
+   pure function as_felt(point, at_end) result(felt)
       type(interface_point_t), intent(in) :: point
       logical, intent(in) :: at_end              !! whether its force depends on the step
-      type(interface_point_t) :: cohesive_point
-      cohesive_point = point
-      if (at_end) cohesive_point%opening = point%felt
+      type(interface_point_t) :: felt
+      felt = point
+      if (at_end) felt%opening = point%effective_opening
    end function as_felt
 
    !> Start failure of a bonded point.
@@ -87,16 +87,16 @@ contains
          hold = dot_product(force, along(point))
          hold = sign(min(abs(hold), -point%friction*across), hold)
          force = force - across*point%normal - hold*along(point)
-         point%touch = 0
-         if (across < 0) point%touch = dot_product(point%normal, point%opening) - across/point%stiffness
+         point%contact_offset = 0
+         if (across < 0) point%contact_offset = dot_product(point%normal, point%opening) - across/point%stiffness
          point%slip = dot_product(along(point), point%opening) - hold/point%stiffness
          point%slid = point%slip
          point%pressed = -across/point%stiffness
       end if
-      point%held = force
+      point%initial_force = force
       point%start = point%opening
       point%reached = 0
-      point%is_failing = .true.
+      point%law = releasing
       point%stored = stored - energy_of(point)
       taken = taken + point%stored
    end subroutine start_failure
@@ -110,7 +110,7 @@ contains
       integer :: k
       way = 0
       do k = 1, interfaces%n
-         if (interfaces%list(k)%tip /= tip .or. .not. interfaces%list(k)%is_failing) cycle
+         if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%law /= releasing) cycle
          associate (point => interfaces%list(k))
             way = way + point%length*(point%fraction_left**2 - fraction_at(point, toughness)**2)
          end associate
@@ -124,7 +124,7 @@ contains
       real(dp) :: further, all
       fraction_left = point%fraction_left
       if (.not. fraction_left > 0) return
-      associate (held => norm(point%held))
+      associate (held => norm(point%initial_force))
          all = 2*(toughness*point%area - point%stored)
          if (.not. (held > 0 .and. all > 0)) then
             fraction_left = 0
@@ -138,7 +138,7 @@ contains
    !> Opening of a bonded point along its force since its failure [m].
    pure real(dp) function opening_along(point) result(opening)
       type(interface_point_t), intent(in) :: point
-      opening = dot_product(point%opening - point%start, point%held)/norm(point%held)
+      opening = dot_product(point%opening - point%start, point%initial_force)/norm(point%initial_force)
    end function opening_along
 
    !> Let the forces of failing bonded points follow their openings, at a toughness. `has_parted` tells whether any has lost all of
@@ -152,9 +152,9 @@ contains
       has_parted = .false.
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%tip /= tip .or. .not. point%is_failing) cycle
+            if (point%tip /= tip .or. point%law /= releasing) cycle
             point%fraction_left = fraction_at(point, toughness)
-            if (norm(point%held) > 0) point%reached = max(point%reached, opening_along(point))
+            if (norm(point%initial_force) > 0) point%reached = max(point%reached, opening_along(point))
             has_parted = has_parted .or. .not. point%fraction_left > 0
          end associate
       end do
@@ -171,14 +171,14 @@ contains
       integer :: k, j
       work = 0
       do k = 1, interfaces%n
-         if (.not. interfaces%list(k)%is_failing) cycle
+         if (interfaces%list(k)%law /= releasing) cycle
          force = failing_force(interfaces%list(k))
          if (present(start)) force = failing_force(start%list(k))
          if (.not. any(abs(force) > 0)) cycle
          way = 0
-         do j = 1, count(interfaces%list(k)%node > 0)
-            associate (node => interfaces%list(k)%node(j))
-               way = way + dt*interfaces%list(k)%share(j)*(before(:, node) + after(:, node))/2
+         do j = 1, count(interfaces%list(k)%jump%node > 0)
+            associate (node => interfaces%list(k)%jump%node(j))
+               way = way + dt*interfaces%list(k)%jump%share(j)*(before(:, node) + after(:, node))/2
             end associate
          end do
          work = work + dot_product(force, way)
@@ -190,7 +190,7 @@ contains
       type(interface_point_t), intent(in) :: point
       real(dp) :: force(ndim)
       force = force_of(point)
-      if (point%is_failing) force = point%fraction_left*point%held
+      if (point%law == releasing) force = point%fraction_left*point%initial_force
    end function failing_force
 
    !> Whether any bonded point on the path of a tip still holds.
@@ -209,7 +209,7 @@ contains
       way = 0
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%tip == tip .and. point%is_failing) way = max(way, point%way + point%length/2)
+            if (point%tip == tip .and. point%law == releasing) way = max(way, point%way + point%length/2)
          end associate
       end do
    end function foremost_released

@@ -130,8 +130,8 @@ contains
             if (d == direction) of_component = onward
             call add_interface_point(interfaces, support)
             associate (point => interfaces%list(interfaces%n))
-               point%node(:2) = [next, last]
-               point%share(:2) = [1, -1]
+               point%jump%node(:2) = [next, last]
+               point%jump%share(:2) = [1, -1]
                point%n_left = 1
                point%normal = identity(:, d)
                point%stiffness = of_component*stiffness

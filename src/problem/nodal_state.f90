@@ -54,7 +54,7 @@ contains
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       if (size(m%loads) + m%interfaces%n > 0) then
          call find_external_force(m, .false., merge(m%interfaces%n_at_end, 0, is_of_step) + 1)
-         if (.not. is_of_step .and. m%interfaces%are_bounded) call add_felt_before(m)
+         if (.not. is_of_step .and. m%interfaces%are_bounded) call add_effective_opening(m)
          call add_scaled(size(m%fields%force), 1.0_dp, m%fields%external, m%fields%force)
       end if
       if (is_of_step) then
@@ -79,19 +79,19 @@ contains
    end subroutine find_nodal_state
 
    !> Add the excess over openings at points under moving fronts, as in the last step (`hampm_interface_step`): fast nodes.
-   subroutine add_felt_before(m)
+   subroutine add_effective_opening(m)
       type(problem_t), intent(inout) :: m
       real(dp) :: force(ndim)
       integer :: k
       do k = 1, m%interfaces%n_at_end
          associate (point => m%interfaces%list(k))
             if (point%plane == 0) cycle
-            force = point%stiffness*(point%felt - point%before)
+            force = point%stiffness*(point%effective_opening - point%before)
             if (is_half(point)) force = dot_product(force, point%normal)*point%normal
-            call give_nodes(point%jump_t, -force, m%fields%external)
+            call give_nodes(point%jump, -force, m%fields%external)
          end associate
       end do
-   end subroutine add_felt_before
+   end subroutine add_effective_opening
 
    !> Solve for the acceleration that the next step then has.
    subroutine solve_for_step(m, failure)

@@ -191,7 +191,7 @@ contains
       is_thin = are_nearly_empty(m%matter_t)
       nodes = [(m%grid%element_nodes(:, k), k=1, m%grid%n_elements)]
       nodes = pack(nodes, [(spread(is_thin(k), 1, corners), k=1, m%grid%n_elements)])
-      if (m%interfaces%are_lumped) nodes = [nodes, nodes_of_jumps(m%interfaces%list(:m%interfaces%n)%jump_t)]
+      if (m%interfaces%are_lumped) nodes = [nodes, nodes_of_jumps(m%interfaces%list(:m%interfaces%n)%jump)]
       nodes = pack(nodes, nodes > 0)
    end function nodes_lumped_in_steps
 
@@ -235,7 +235,7 @@ contains
       energy = sum(m%state%velocity*by_mass(m%grid, m%fields%mass_matrix, m%state%velocity))/2
    end function kinetic_energy
 
-   !> Stored energy of the material and of cohesive points [J].
+   !> Stored energy of the material and of bonded and cohesive points [J].
    real(dp) function stored_energy(m)
       type(problem_t), intent(in) :: m
       stored_energy = strain_energy(m%particles, m%materials) + interface_energy(m%interfaces)

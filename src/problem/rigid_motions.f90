@@ -380,8 +380,8 @@ contains
          if (present(firmly)) then
             if (firmly .and. .not. pulls(m%interfaces%list(k))) cycle
          end if
-         do j = 2, count(m%interfaces%list(k)%node > 0)
-            call sets%join(m%interfaces%list(k)%node(1), m%interfaces%list(k)%node(j))
+         do j = 2, count(m%interfaces%list(k)%jump%node > 0)
+            call sets%join(m%interfaces%list(k)%jump%node(1), m%interfaces%list(k)%jump%node(j))
          end do
       end do
       piece = [(sets%least_of(k), k=1, m%grid%n_nodes)]

@@ -180,7 +180,7 @@ contains
       type(sparse_t) :: matrix
       associate (cells => m%fields%mass_matrix%all%cells(:m%fields%mass_matrix%all%n_cells))
          call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, &
-                                  nodes_of_jumps(m%interfaces%list(:m%interfaces%n)%jump_t))
+                                  nodes_of_jumps(m%interfaces%list(:m%interfaces%n)%jump))
          stiffness%iterates = stiffness%kind%solver == 'cg' .or. &
                               stiffness%kind%solver == 'auto' .and. stiffness%unknowns%n > most_direct
          call fill(m, cells, stiffness, matrix)
@@ -389,9 +389,9 @@ contains
       real(dp) :: tangent(ndim, ndim), by_node(2*ndim*most_nodes_of_leaf, 2*ndim*most_nodes_of_leaf)
       integer :: k, i, j, n
       do k = 1, m%interfaces%n
-         tangent = interface_stiffness(m%interfaces, k) + mass_factor*m%interfaces%list(k)%mass*identity
+         tangent = interface_stiffness(m%interfaces, k) + mass_factor*m%interfaces%list(k)%jump%mass*identity
          matrix%is_symmetric = matrix%is_symmetric .and. abs(tangent(1, 2) - tangent(2, 1)) <= rounding*maxval(abs(tangent))
-         associate (node => m%interfaces%list(k)%node, share => m%interfaces%list(k)%share)
+         associate (node => m%interfaces%list(k)%jump%node, share => m%interfaces%list(k)%jump%share)
             n = count(node > 0)
             do j = 1, n
                do i = 1, n

@@ -167,13 +167,13 @@ contains
             if (.not. point%is_new) cycle
             point%is_new = .false.
             weight = 0
-            do side = 1, count(point%node > 0)
-               light = 1/mass(1, point%node(side))
+            do side = 1, count(point%jump%node > 0)
+               light = 1/mass(1, point%jump%node(side))
                weight = weight + light
-               point%held = point%held + point%share(side)*light*force(:, point%node(side))
+               point%initial_force = point%initial_force + point%jump%share(side)*light*force(:, point%jump%node(side))
             end do
-            point%held = point%held/weight
-            if (is_half(point)) point%held = dot_product(point%held, point%normal)*point%normal
+            point%initial_force = point%initial_force/weight
+            if (is_half(point)) point%initial_force = dot_product(point%initial_force, point%normal)*point%normal
          end associate
       end do
    end subroutine hold_new_nodes

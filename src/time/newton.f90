@@ -155,7 +155,7 @@ contains
          end associate
          if (touch_otherwise .and. allocated(self%predicted)) deallocate (self%predicted)
       end if
-      if (m%interfaces%n > 0) m%interfaces%list%most_held = -1  ! friction limits follow the pressure again
+      if (m%interfaces%n > 0) m%interfaces%list%friction_limit = -1  ! friction limits follow the pressure again
       m%interfaces%caution = 0
       if (failure%failed()) return
       call check_rigid_constraints(m, rigid_constraints, r, sqrt(balanced)*scale, failure)

@@ -144,8 +144,8 @@ contains
       allocate (is_near(m%grid%n_points))
       is_near = .false.
       do k = 1, m%interfaces%n
-         do j = 1, count(m%interfaces%list(k)%node > 0)
-            call mark(m%interfaces%list(k)%node(j), is_near)
+         do j = 1, count(m%interfaces%list(k)%jump%node > 0)
+            call mark(m%interfaces%list(k)%jump%node(j), is_near)
          end do
       end do
       do k = 1, m%absorbing%n

@@ -1,7 +1,11 @@
-!> Where interface points between the faces of cracks are: all along a crack, whatever pieces of cells it leaves, on cells of several sizes.
+!> Where interface points between the faces of cracks are: all along a crack, whatever pieces of cells it leaves, on cells of several sizes; and what
+!> those of another mesh take over from them, in a time that grows as their number.
 program test_interface_points
    use hampm_kinds, only: dp, ndim
-   use hampm_interface_points, only: contact
+   use hampm_builds, only: is_slow
+   use hampm_interface_points, only: interfaces_t, contact, add_interface_point
+   use hampm_interface_transfer, only: transfer_points
+   use hampm_nearby, only: nearby_t
    use hampm_failure, only: failure_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_reading, only: understand_model
@@ -17,6 +21,9 @@ program test_interface_points
    call use_threads(1, 0)
    do k = 1, 20
       call look_at_crack(k)
+   end do
+   do k = 3, merge(4, 5, is_slow())
+      call carry_over(10**k)
    end do
    call finish()
 
@@ -52,4 +59,57 @@ contains
                           'springs stand for all of crack '//to_text(number))
       end associate
    end subroutine look_at_crack
+   !> Open faces on n points: on a mesh with other cells their opening is between that of the points beside each, and no point is compared with more
+   !> than those nearby.
+   subroutine carry_over(n)
+      integer, intent(in) :: n
+      real(dp), parameter :: ratio = 0.7_dp
+      type(interfaces_t) :: old, new
+      type(nearby_t) :: near
+      real(dp) :: off
+      integer :: k
+      call line_of_points(old, 1.0_dp, n)
+      call line_of_points(new, ratio, n)
+      do k = 1, n
+         old%list(k)%opening = opening_at(old%list(k)%place)
+      end do
+      call transfer_points(new, old, near)
+      off = maxval([(maxval(abs(new%list(k)%opening - opening_at(new%list(k)%place))), k=2, n)])
+      call check(off <= 1e-9_dp*n, 'the opening of '//to_text(n)//' points is that between old ones')
+      call check(near%visits <= 60*n, 'for '//to_text(near%visits)//' comparisons of '//to_text(n)//' points')
+      near = nearby_t()
+      call line_of_points(new, 1.0_dp, n)
+      call transfer_points(new, old, near)
+      off = maxval([(maxval(abs(new%list(k)%opening - old%list(k)%opening)), k=1, n)])
+      call check(off <= 1e-9_dp*n .and. near%visits == 0, 'points that follow each other as before are not searched for')
+   end subroutine carry_over
+
+   !> Points for contact along a line.
+   subroutine line_of_points(interfaces, distance, n)
+      type(interfaces_t), intent(out) :: interfaces
+      real(dp), intent(in) :: distance
+      integer, intent(in) :: n
+      real(dp), parameter :: direction(ndim) = [0.8_dp, 0.6_dp]
+      integer :: k
+      do k = 1, n
+         call add_interface_point(interfaces, contact)
+         associate (point => interfaces%list(k))
+            point%place = (k - 0.5_dp)*distance*direction
+            point%origin = point%place
+            point%normal = [-direction(2), direction(1)]
+            point%length = distance
+            point%area = distance
+            point%cell = 2*distance
+            point%stiffness = 1
+            point%line = 1
+         end associate
+      end do
+   end subroutine line_of_points
+
+   !> An opening that grows along the line of points.
+   pure function opening_at(place) result(opening)
+      real(dp), intent(in) :: place(ndim)
+      real(dp) :: opening(ndim)
+      opening = [-0.5_dp, 1.0_dp]*(1 + dot_product(place, [0.8_dp, 0.6_dp]))
+   end function opening_at
 end program test_interface_points
