@@ -3,7 +3,7 @@
 !> itself. There cells are cut anew, at the angle that the mode mix gives.
 module hampm_dynamic_growth
    use hampm_kinds, only: dp, ndim
-   use hampm_nodal_release, only: fail_behind, fail_beyond, release_distance, soften_released, foremost_released, holds_on
+   use hampm_nodal_release, only: fail_behind
    use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_crack_tip, only: crack_tip_t
@@ -26,7 +26,6 @@ module hampm_dynamic_growth
    use hampm_model, only: model_t
    use hampm_tensors, only: norm, in_plane
    use hampm_text, only: to_text, three_digits
-   use hampm_toughness, only: advance_t
    implicit none
    private
    public :: plan_ways, move_tips, must_check, start_tips, note_check, book_rate
@@ -40,20 +39,8 @@ module hampm_dynamic_growth
    !> How many cells at once are planned where a crack does not turn by itself: to cut cells takes the time of some ten steps.
    integer, parameter :: straight_on = 4
 
-   !> Strength of cohesive points of law = toughness, times the root of the cell over K at that toughness: 0.6 of the static force
-   !> on the last whole node, 0.6755 K sqrt(cell), on its cell (docs/explanation/growth.md).
-   real(dp), parameter :: strength = 0.6_dp*0.6755_dp
-
-   !> Length ahead of a tip within which cohesive points of law = toughness may fail, in cells; if points further ahead are loaded
-   !> more, points are too weak for the tension there.
-   integer, parameter :: zone = 3
-
-   real(dp), parameter :: far_above = 2          !! G over the toughness of a tip whose cells cannot follow it
-
-   real(dp), parameter :: too_much = 1.5_dp      !! admissible load over strength of points further ahead: dissipation is right
-
-   real(dp), parameter :: late = 2               !! averaging time of the recent speed, in shear wave times of a cell
-   real(dp), parameter :: late_of_speed = 0.5_dp !! the same for a speed-dependent toughness, which would lag
+   real(dp), parameter :: far_above = 2, from_start = 3 !! G over the toughness of a tip whose cells cannot follow it, cells later
+   real(dp), parameter :: late = 2               !! travel times of shear waves through a cell without motion: a tip has arrested
 
    real(dp), parameter :: straight = 0.2_dp*acos(-1.0_dp)/180 !! angle below which a crack grows straight [rad]
    real(dp), parameter :: most_turn = 0.2_dp     !! the same from one cell to the next, once a crack grows [rad]
@@ -83,15 +70,9 @@ contains
             growing%tips(k)%law = law
             if (.not. of%law%gives_speed()) then
                if (.not. growing%tips(k)%is_running) then ! a cut shakes cells, also those of a tip that is about to start
-                  if (growing%is_paced .or. follows_points(growing, m, cracks, k) .or. of%turns()) cycle
-                  if (.not. growing%tips(k)%excess > about_to_start) cycle
+                  if (growing%is_paced .or. of%turns() .or. .not. growing%tips(k)%excess > about_to_start) cycle
                end if
-               if (.not. follows_points(growing, m, cracks, k)) then
-                  if (cracks%crack(tip%crack)%bonded(tip%end) > growing%tips(k)%reserve + growing%tips(k)%way + lead_of(tip)) cycle
-               else if (tip%grown > 0 .or. cracks%crack(tip%crack)%bonded(tip%end) > 0) then
-                  if (foremost_released(m%interfaces, k) < tip%grown + cracks%crack(tip%crack)%bonded(tip%end) &
-                      - growing%tips(k)%reserve) cycle
-               end if
+               if (cracks%crack(tip%crack)%bonded(tip%end) > growing%tips(k)%reserve + growing%tips(k)%way + lead_of(tip)) cycle
             else if (growing%given_way(model, cracks, k, m%state%time, dt) <= cracks%crack(tip%crack)%bonded(tip%end)) then
                cycle
             end if
@@ -307,12 +288,10 @@ contains
                else
                   call fail_behind(m%interfaces, k, tip%grown, growing%tips(k)%faded, taken)
                end if
-            else if (growing%tips(k)%is_running .and. .not. follows_points(growing, m, cracks, k)) then
+            else if (growing%tips(k)%is_running) then
                if (growing%is_paced .and. runs_out(growing, model, cracks, k)) growing%tips(k)%way = most(k)
                if (.not. growing%is_paced) growing%tips(k)%way = growing%tips(k)%speed*dt
                call try_way(growing, m, cracks, k, dt, most(k), taken)
-            else if (growing%tips(k)%is_running) then
-               call move_by_toughness(growing, model, of, m, cracks, k, dt, most(k), taken, message)
             end if
             m%energies%fracture_energy = m%energies%fracture_energy + taken
             if (tip%grown > grown) then
@@ -369,111 +348,6 @@ contains
       end do
    end function most_ways
 
-   !> Whether a tip follows its cohesive points: where material dissipates, J is not what its faces take.
-   pure logical function follows_points(growing, m, cracks, k)
-      type(growing_t), intent(in) :: growing
-      type(problem_t), intent(in) :: m
-      type(cracks_t), intent(in) :: cracks
-      integer, intent(in) :: k                   !! its number
-      follows_points = .not. growing%is_paced .and. m%materials(cracks%tips(k)%material_in(m%materials))%has_history
-   end function follows_points
-
-   !> Advance a tip by its cohesive points: at the speed v at which the failed ones dissipate toughness(v) over its advance. v stays
-   !> below limit_speed, where the toughness is unbounded, and below the Rayleigh wave speed: the further advance that failed points
-   !> allow is kept as a deficit.
-   subroutine move_by_toughness(growing, model, of, m, cracks, k, dt, most, taken, message)
-      type(growing_t), intent(inout) :: growing
-      type(model_t), intent(in) :: model
-      type(growth_t), intent(in) :: of
-      type(problem_t), intent(inout) :: m
-      type(cracks_t), intent(inout) :: cracks
-      integer, intent(in) :: k                   !! number of the tip
-      real(dp), intent(in) :: dt                 !! [s]
-      real(dp), intent(in) :: most               !! that it may move [m]
-      real(dp), intent(out) :: taken             !! stored energy of cohesive points that fail [J]
-      character(:), allocatable, intent(inout) :: message
-      type(advance_t) :: advance
-      real(dp) :: low, high, fastest, of_step, overload, released, farthest
-      logical :: has_parted
-      integer :: i
-      associate (tip => cracks%tips(k), material => m%materials(cracks%tips(k)%material_in(m%materials)))
-         taken = 0
-         advance = growing%advance_of(model, cracks, k)
-         if (most > 0 .or. tip%has_ended) then
-            farthest = zone*tip%nodes%spacing
-            if (cracks%carries(tip%crack)) farthest = min(farthest, cracks%crack(tip%crack)%bonded(tip%end))
-            call fail_beyond(m%interfaces, k, strength*sqrt(material%plane_modulus()*toughness_at(growing%tips(k)%speed)), &
-                             tip%grown + farthest, taken, overload)
-            if (overload > too_much) call growing%note_tip(k, 'is in cells that are too coarse for its toughness: '// &
-               to_text(zone)//' cells ahead of it and more the material bears '//three_digits(overload)//' times the '// &
-               'strength of its cohesive points. Its speed and fracture_energy may be off; take cells of '// &
-               three_digits(tip%nodes%spacing/overload**2)//' m there', message)
-         end if
-         fastest = rayleigh_speed(material)
-         high = value_of(of%constants, 'limit_speed', 0.0_dp)
-         if (high > 0) fastest = min(fastest, high)
-         growing%tips(k)%memory = memory_of(of, advance, tip%nodes%spacing, material)
-         of_step = min(1.0_dp, dt/growing%tips(k)%memory)
-         low = 0
-         high = fastest
-         if (.not. of%depends_on_speed(advance)) low = fastest
-         do i = 1, digits(low)
-            if (.not. low < high) exit
-            associate (speed => (low + high)/2)
-               if (new_speed(release_distance(m%interfaces, k, part_of_crack(tip)*toughness_at(speed))) > speed) then
-                  low = speed
-               else
-                  high = speed
-               end if
-            end associate
-         end do
-         released = release_distance(m%interfaces, k, part_of_crack(tip)*toughness_at(low))
-         call soften_released(m%interfaces, k, part_of_crack(tip)*toughness_at(low), has_parted)
-         growing%tips(k)%has_parted = growing%tips(k)%has_parted .or. has_parted
-         growing%tips(k)%speed = new_speed(released)
-         tip%speed = growing%tips(k)%speed
-         associate (way => way_of(released))
-            if (growing%tips(k)%has_parted) growing%tips(k)%owed = growing%tips(k)%owed + released - way
-            call cracks%move_tip(k, way, m%grid%cut_cells%lines)
-         end associate
-         if (cracks%crack(tip%crack)%is_through(tip%end) .and. most > 0) then ! without any bonded point left the end is reached
-            if (.not. holds_on(m%interfaces, k)) &
-               call cracks%move_tip(k, cracks%crack(tip%crack)%bonded(tip%end), m%grid%cut_cells%lines)
-         end if
-      end associate
-   contains
-      !> The toughness at a speed [J/m2].
-      pure real(dp) function toughness_at(speed)
-         real(dp), intent(in) :: speed           !! [m/s]
-         type(advance_t) :: there
-         there = advance
-         there%speed = speed
-         toughness_at = of%toughness_at(there)
-      end function toughness_at
-
-      !> Advance of the tip for a released length [m].
-      real(dp) function way_of(released)
-         real(dp), intent(in) :: released        !! [m]
-         way_of = 0
-         if (growing%tips(k)%has_parted) way_of = max(0.0_dp, min(growing%tips(k)%owed + released, fastest*dt, most))
-      end function way_of
-
-      !> Its recent speed [m/s].
-      real(dp) function new_speed(released)
-         real(dp), intent(in) :: released        !! [m]
-         new_speed = growing%tips(k)%speed + (way_of(released)/dt - growing%tips(k)%speed)*of_step
-      end function new_speed
-   end subroutine move_by_toughness
-
-   !> Averaging time of the recent speed of a tip [s].
-   pure real(dp) function memory_of(of, advance, cell, material) result(memory)
-      type(growth_t), intent(in) :: of
-      type(advance_t), intent(in) :: advance
-      real(dp), intent(in) :: cell               !! [m]
-      type(material_t), intent(in) :: material   !! at the tip
-      memory = merge(late_of_speed, late, of%depends_on_speed(advance))*cell/material%shear_wave_speed()
-   end function memory_of
-
    !> Advance a tip by its toughness: in explicit steps at its speed (`hampm_equation_of_motion`), in implicit ones by a trial
    !> advance (`hampm_growth_pace`). Cohesive points fail behind it as for a given speed.
    subroutine try_way(growing, m, cracks, k, dt, most, taken)
@@ -498,7 +372,7 @@ contains
             growing%tips(k)%faded = growing%tips(k)%faded + wave*dt
             further = growing%tips(k)%faded
          end if
-         call fail_behind(m%interfaces, k, tip%grown + lead_of(tip) + further, 0.0_dp, taken)
+         call fail_behind(m%interfaces, k, tip%grown + lead_of(tip) + further, 0.0_dp, taken, growing%tips(k)%work)
       end associate
    end subroutine try_way
 
@@ -559,8 +433,7 @@ contains
          law = growing%law_at(model, cracks, k, m%state%time)
          if (law == 0) cycle
          associate (of => model%growth(law))
-            if (growing%tips(k)%excess > about_to_start .and. .not. of%law%gives_speed()) &
-               must_check = must_check .or. .not. (growing%tips(k)%is_running .and. follows_points(growing, m, cracks, k))
+            if (growing%tips(k)%excess > about_to_start .and. .not. of%law%gives_speed()) must_check = .true.
             if (mod(m%state%steps, int(steps_between_looks, kind(m%state%steps))) /= 0) cycle
             if (.not. (of%law%gives_speed() .or. growing%tips(k)%is_running)) must_check = .true.
             if (of%turns() .or. .not. of%law%gives_speed() .and. of%factors%mixed_mode /= 'none') must_check = .true.
@@ -600,7 +473,6 @@ contains
       real(dp), parameter :: slower = 0.999_dp   ! than Rayleigh waves
       type(next_t) :: next
       real(dp) :: speed, wave                    ! [m/s]
-      logical :: by_points
       integer :: k, law
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, cracks, k, m%state%time)
@@ -609,8 +481,6 @@ contains
          associate (of => model%growth(law), material => m%materials(cracks%tips(k)%material_in(m%materials)), &
                     tip => growing%tips(k))
             if (of%law%gives_speed()) cycle
-            by_points = follows_points(growing, m, cracks, k)
-            if (tip%is_running .and. by_points) cycle
             next = growing%next_of(model, cracks, k, of, values(k))
             if (of%direction == 'hoop_stress') then
                if (.not. tip%is_running .or. growing%is_paced) &
@@ -618,18 +488,16 @@ contains
             else if (.not. is_opened(trim(of%direction), values(k)%intensity)) then
                next%rate = 0
             end if
+            if (material%has_history) next%rate = driving_force(growing, model, cracks%tips(k), k, dt, next)
             wave = rayleigh_speed(material)
             speed = min(tip%speed, slower*wave)
             tip%felt = followed(tip%felt, speed, dt, material%shear_wave_speed(), cracks%tips(k)%nodes%spacing)
             tip%excess = excess_of(next%rate, next%toughness, speed, tip%felt, wave)
             if (runs_out(growing, model, cracks, k)) tip%excess = 0
-            if (.not. tip%is_running) then
-               tip%is_running = next%rate >= next%toughness
-               if (tip%is_running) tip%memory = memory_of(of, growing%advance_of(model, cracks, k), &
-                                                          cracks%tips(k)%nodes%spacing, material)
-            end if
-            if (.not. tip%is_running .or. by_points .or. growing%is_paced) cycle
-            if (cracks%tips(k)%grown > zone*cracks%tips(k)%nodes%spacing .and. next%rate > far_above*next%toughness) &
+            tip%is_running = tip%is_running .or. next%rate >= next%toughness
+            tip%memory = late*cracks%tips(k)%nodes%spacing/material%shear_wave_speed()
+            if (.not. tip%is_running .or. growing%is_paced) cycle
+            if (cracks%tips(k)%grown > from_start*cracks%tips(k)%nodes%spacing .and. next%rate > far_above*next%toughness) &
                call growing%note_tip(k, 'is in cells that are too coarse for its toughness: it runs with a G of '// &
                                      three_digits(next%rate/next%toughness)//' times that at t = '//three_digits(m%state%time)// &
                                      ' s. Its speed and fracture_energy may be off; take smaller cells there', message)
@@ -642,6 +510,25 @@ contains
          end associate
       end do
    end subroutine start_tips
+
+   !> J of a tip, times the part of it that its faces take where material around it dissipates [J/m2]: the work of its failing points
+   !> over J times the new area, averaged over half a cell of its way. It stays while the tip rests. The work so far, over the
+   !> toughness and less the way, is given back within a cell.
+   real(dp) function driving_force(growing, model, tip, number, dt, next)
+      type(growing_t), intent(inout) :: growing
+      type(model_t), intent(in) :: model
+      type(crack_tip_t), intent(in) :: tip
+      integer, intent(in) :: number              !! of the tip
+      real(dp), intent(in) :: dt                 !! of the last step [s]
+      type(next_t), intent(in) :: next           !! with J
+      real(dp) :: taken                          ! over the width [J/m]
+      associate (point => growing%tips(number), way => tip%speed*dt, cell => tip%nodes%spacing)
+         taken = point%work/(part_of_crack(tip)*model%run%thickness%at(tip%now))
+         if (next%rate > 0) point%share = max(0.0_dp, point%share + (taken/next%rate - point%share*way)/(cell/2))
+         point%ahead = point%ahead + taken/next%toughness - way
+         driving_force = point%share*next%rate*max(0.0_dp, 1 + point%ahead/cell)
+      end associate
+   end function driving_force
 
    !> Book the integral of G over the new area, by the mean of G before and now.
    subroutine book_rate(growing, model, cracks, values)

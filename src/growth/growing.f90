@@ -51,11 +51,12 @@ module hampm_growing
       real(dp) :: faded = 0                      !! given speed, after arrest: unloading length of cohesive points [m]
       logical :: is_running = .false.            !! of law = toughness: whether it has reached that
       logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
-      logical :: has_parted = .false.            !! law = toughness: the zone of failing cohesive points is complete: it moves
       real(dp) :: speed = 0                      !! of the same: recent speed [m/s]
       real(dp) :: felt = 0                       !! the speed to which its measured G belongs [m/s]
-      real(dp) :: memory = 0                     !! averaging time of it [s]
-      real(dp) :: owed = 0                       !! the same: advance deficit, for which cohesive points have failed already [m]
+      real(dp) :: share = 1                      !! of J that its faces take, where material dissipates [-]
+      real(dp) :: work = 0                       !! of its failing points in the last step [J]
+      real(dp) :: ahead = 0                      !! all work of these over the toughness, less its way [m]
+      real(dp) :: memory = 0                     !! time without motion after which it has arrested [s]
       real(dp) :: reserve = 0                    !! rest of its planned path at which the next is planned [m]
       integer :: next_of_path = 1                !! direction = path: number of the next point
       integer :: looks = 0                       !! how often K was taken since the last turn
@@ -581,7 +582,6 @@ contains
       call archive%archive_logicals('has_ended', n, growing%tips%has_ended)
       call archive%archive_logicals('is_loose', n, growing%tips%is_loose)
       call archive%archive_logicals('is_running', n, growing%tips%is_running)
-      call archive%archive_logicals('has_parted', n, growing%tips%has_parted)
       call archive%archive_logicals('has_no_room', n, growing%tips%has_no_room)
       call archive%archive_reals('rate', n, growing%tips%rate)
       call archive%archive_reals('kink', n, growing%tips%kink)
@@ -591,8 +591,10 @@ contains
       call archive%archive_reals('speed', n, growing%tips%speed)
       call archive%archive_reals('felt', n, growing%tips%felt)
       call archive%archive_reals('excess', n, growing%tips%excess)
+      call archive%archive_reals('share', n, growing%tips%share)
+      call archive%archive_reals('work_of_points', n, growing%tips%work)
+      call archive%archive_reals('ahead', n, growing%tips%ahead)
       call archive%archive_reals('memory', n, growing%tips%memory)
-      call archive%archive_reals('owed', n, growing%tips%owed)
       call archive%archive_reals('fall', n, growing%tips%fall)
       call archive%archive_reals('reserve', n, growing%tips%reserve)
       call archive%archive_reals('last_turn', n, growing%tips%last_turn)

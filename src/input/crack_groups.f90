@@ -34,7 +34,6 @@ module hampm_crack_groups
       logical :: of_end(2) = .true.              !! whether the tip at the first and that at the last point do
    contains
       procedure :: toughness_at
-      procedure :: depends_on_speed
       procedure :: speed_at
       procedure :: rate_at
       procedure :: yield_stress
@@ -105,18 +104,6 @@ contains
          toughness_at = toughness_at*merge(min(part, 1.0_dp), part, advance%or_of_growth)
       end associate
    end function toughness_at
-
-   !> Whether that changes with the speed of a tip.
-   pure logical function depends_on_speed(self, advance)
-      class(growth_t), intent(in) :: self
-      type(advance_t), intent(in) :: advance
-      type(advance_t) :: slow, fast
-      slow = advance
-      slow%speed = 0
-      fast = advance
-      fast%speed = huge(fast%speed)
-      depends_on_speed = self%factors%of_speed%is_there() .or. self%toughness_at(fast) > self%toughness_at(slow)
-   end function depends_on_speed
 
    !> Prescribed speed at a time [m/s].
    pure real(dp) function speed_at(self, time)

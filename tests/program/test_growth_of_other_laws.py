@@ -43,34 +43,42 @@ def test_what_hardly_remembers_grows_as_what_is_elastic(hampm, law):
     same(row, elastic)
 
 
-def test_what_hardly_remembers_grows_by_its_bonds(hampm):
-    """As what may dissipate has no G, its tips follow their bonds: alike, and a cell or two behind those of elastic material, which follow G."""
+def test_what_hardly_remembers_grows_at_its_toughness_as_what_is_elastic(hampm):
+    """The part of J that the faces take is found from the work of the bonds that fail: about 1 here, to what a cell tells."""
     row, other, elastic = (strip(hampm, law, growth=BY_TOUGHNESS) for law in (NEVER["yields"], NEVER["creeps"], f"law = 'linear_elastic'  {ISOTROPIC}"))
-    assert elastic["crack_length"][-1] > elastic["crack_length"][0] + 2e-3
+    way, of_elastic = (one["crack_length"][-1] - one["crack_length"][0] for one in (row, elastic))
+    print(way, of_elastic)
     same(row, other)
-    print(elastic["crack_length"][-1] - row["crack_length"][-1])
-    assert abs(elastic["crack_length"][-1] - row["crack_length"][-1]) < 2e-3
+    assert of_elastic > 5e-3
+    assert abs(way - of_elastic) < 0.1e-3
+    assert row["fracture_energy"][-1] == pytest.approx(1e4 * way, rel=0.03)
 
 
-def test_what_is_dissipated_around_a_tip_is_not_taken_by_its_faces(hampm):
-    """Bonds take the toughness times the way, which is shorter where material yields. All energies together are the work of the loads,
-    to the second order in the steps. The default step lets the crack run 0.87 mm, a tenth of it 1.16 mm (2.14 mm where the bonds were made weaker for that step)."""
+DISSIPATES = {"yields": f"law = 'j2_plastic'  yield_stress = 6e8  hardening = 2e9  {ISOTROPIC}",
+              "creeps": f"law = 'viscoelastic'  moduli = 5e10  relaxation_times = 1e-6  {ISOTROPIC}"}
+
+
+@pytest.mark.parametrize("law, dissipated, off", (("yields", 0.2, 0.06), ("creeps", 0.03, 0.01)))
+def test_what_is_dissipated_around_a_tip_is_not_taken_by_its_faces(hampm, law, dissipated, off):
+    """Faces take the toughness times the way, in steps of any length, while J is up to twice that; the way is shorter than in elastic material. All energies together
+    are the work of the loads, to the second order in the steps. Of what yields the way is 1.9 to 2.2 mm for steps of 0.5 to 0.1 of the limit; where bonds softened by their
+    own openings it was 1.0 to 1.6 mm, and faces took 1.4 to 1.8 of the toughness."""
     elastic = strip(hampm, NEVER["yields"], growth=BY_TOUGHNESS)
-    row = strip(hampm, f"law = 'j2_plastic'  yield_stress = 6e8  hardening = 2e9  {ISOTROPIC}", growth=BY_TOUGHNESS)
-    assert "K_I" not in row and "integral_of_G" not in row
-    ways = [one["crack_length"][-1] - one["crack_length"][0] for one in (row, elastic)]
-    assert 5e-4 < ways[0] < 0.97 * ways[1]
-    for one, way in zip((row, elastic), ways):                       # of half a body, and with the first cell (docs/explanation/growth.md)
-        assert 1e4 * way < one["fracture_energy"][-1] < 1e4 * (way + 1.5e-3)
-    assert row["plastic_dissipation"][-1] > 0.2 * row["external_work"][-1]
-    missing = []
+    ways, missing = [], []
     for courant in (0.3, 0.1):
-        row = strip(hampm, f"law = 'j2_plastic'  yield_stress = 6e8  hardening = 2e9  {ISOTROPIC}", growth=BY_TOUGHNESS, load=PULL + f"\n&method courant = {courant} /")
-        inside = sum(row[name] for name in ("kinetic_energy", "strain_energy", "plastic_dissipation", "numerical_loss", "fracture_energy"))
+        row = strip(hampm, DISSIPATES[law], growth=BY_TOUGHNESS, load=PULL + f"\n&method courant = {courant} /")
+        assert "K_I" not in row and "integral_of_G" not in row
+        ways.append(row["crack_length"][-1] - row["crack_length"][0])
+        print(ways[-1], row["fracture_energy"][-1] / (1e4 * ways[-1]), row["J"][-1])
+        assert row["fracture_energy"][-1] == pytest.approx(1e4 * ways[-1], rel=off)
+        lost = row["plastic_dissipation" if law == "yields" else "viscous_dissipation"]
+        assert lost[-1] > dissipated * row["external_work"][-1]
+        inside = sum(row[name] for name in ("kinetic_energy", "strain_energy", "numerical_loss", "fracture_energy")) + lost
         missing.append(np.max(np.abs(row["external_work"] - inside)) / row["external_work"][-1])
-    assert ways[0] == pytest.approx(row["crack_length"][-1] - row["crack_length"][0], rel=0.3)
+    assert 1e-3 < min(ways) and max(ways) < 0.7 * (elastic["crack_length"][-1] - elastic["crack_length"][0])
+    assert ways[0] == pytest.approx(ways[1], rel=0.3 if law == "yields" else 0.03)
     print(f"missing {missing[0]:.1e}, {missing[1]:.1e}: order {np.log(missing[0] / missing[1]) / np.log(3):.2f}")
-    assert missing[1] < 1e-4 and missing[0] / missing[1] > 3**1.7
+    assert missing[0] < 1e-13 or missing[1] < 1e-4 and missing[0] / missing[1] > 3**1.7
 
 
 def test_a_given_crack_of_strained_material_is_a_superposition(hampm):
