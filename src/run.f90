@@ -10,7 +10,8 @@ module hampm_run
    use hampm_continuation, only: check_interruption
    use hampm_failure, only: failure_t
    use hampm_file_moves, only: partial_name, remove_file
-   use hampm_growth, only: start_growth, prepare_growth, advance_in_pace, follow_growth
+   use hampm_growth, only: start_growth, prepare_growth, follow_growth
+   use hampm_growth_in_motion, only: advance_by_trials
    use hampm_run_time_checks, only: check_step
    use hampm_integrator, only: steps_for
    use hampm_measurements, only: note_initial_energy
@@ -19,7 +20,7 @@ module hampm_run
    use hampm_recording, only: open_results, next_row, is_due, record, record_between_rows, record_end, show_progress
    use hampm_simulation, only: simulation_t, measure_state, follow_stiffening
    use hampm_static_start, only: begin_at_rest
-   use hampm_stopping, only: look_for_end
+   use hampm_stopping, only: check_stop
    implicit none
    private
    public :: run, measured_duration
@@ -45,7 +46,7 @@ contains
             call advance_to_row(s, failure)
             if (s%is_over) exit
             call record(s, failure)
-            if (.not. failure%failed()) call look_for_end(s)
+            if (.not. failure%failed()) call check_stop(s)
          end do
          call record_end(s, failure)
       end if
@@ -142,8 +143,8 @@ contains
          before = s%problem%state%steps
          call prepare_growth(s, failure)
          if (failure%failed() .or. s%is_over) return
-         if (s%growing%is_paced) then
-            call advance_in_pace(s, failure)
+         if (s%growing%is_implicit) then
+            call advance_by_trials(s, failure)
          else
             call s%integrator%advance(s%problem, s%dt, failure)
          end if

@@ -285,7 +285,7 @@ contains
       integer :: k
       text = ''
       if (.not. s%growing%are_there()) return
-      if (.not. s%growing%tips(tip)%grows) return
+      if (.not. s%growing%points(tip)%grows) return
       do k = 1, size(s%model%growth)
          associate (growth => s%model%growth(k), of => s%cracks%tips(tip))
             if (growth%path /= of%crack .or. .not. growth%of_end(of%end)) cycle

@@ -11,7 +11,7 @@ module hampm_crack_values
    use hampm_tip_domain, only: places_t
    implicit none
    private
-   public :: crack_values_t, best_t, new_crack_values, best_rate, keep_crack_values
+   public :: crack_values_t, best_t, new_crack_values, best_rate, is_pressed, keep_crack_values
 
    !> Columns of a tip, by its initial surroundings; where other material makes them invalid, they are NaN.
    type :: recorded_t
@@ -49,7 +49,7 @@ module hampm_crack_values
       procedure :: error_of_t_stress
       procedure :: times
       procedure :: is_above_error
-      procedure :: is_pressed
+      procedure :: presses
    end type crack_values_t
 
    !> G by the best of the chosen estimators.
@@ -136,17 +136,21 @@ contains
       is_above_error = best_rate(self, tip) > 0 .and. least > maxval(self%j) - minval(self%j) + self%uncertainty_of_j
    end function is_above_error
 
-   !> Whether loads press the faces at a tip, or make them interpenetrate: K_I is below 0 by more than its error beside the other
-   !> mode. With layers, where K_I is undefined or depends on a length, the opening behind it counts.
-   pure logical function is_pressed(self, tip)
+   !> Whether loads press the faces at a tip, or make them interpenetrate. With layers, where K_I is undefined or depends on a
+   !> length, the opening behind it counts.
+   pure logical function presses(self, tip)
       class(crack_values_t), intent(in) :: self
       type(crack_tip_t), intent(in) :: tip
-      real(dp), parameter :: off = 0.02_dp       ! error of K_I as part of the other mode
-      if (tip%has_layers) then
-         is_pressed = -self%behind(1) > off*abs(self%behind(2))
-      else
-         is_pressed = -self%intensity(1) > self%spread_of_k(1) + off*abs(self%intensity(2))
-      end if
+      presses = is_pressed(self%intensity, self%spread_of_k(1))
+      if (tip%has_layers) presses = is_pressed(self%behind, 0.0_dp)
+   end function presses
+
+   !> Whether the opening mode is below 0 by more than its error, and that beside the other mode.
+   pure logical function is_pressed(of_mode, error)
+      real(dp), intent(in) :: of_mode(modes)     !! K, or opening, of the modes
+      real(dp), intent(in) :: error              !! of the first
+      real(dp), parameter :: off = 0.02_dp       ! as part of the other mode
+      is_pressed = -of_mode(1) > error + off*abs(of_mode(2))
    end function is_pressed
 
    !> Estimated error of the T-stress [Pa]: the range over domains, the stress by the errors of K at the end of the largest domain,

@@ -2,33 +2,33 @@
 !> (`hampm_nodal_release`). Its path is planned to a little beyond the next cell, or some cells ahead if the tip does not turn by
 !> itself. There cells are cut anew, at the angle that the mode mix gives.
 module hampm_dynamic_growth
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, long, ndim
    use hampm_nodal_release, only: fail_behind
-   use hampm_crack_values, only: crack_values_t, best_rate
+   use hampm_crack_values, only: crack_values_t
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t, last_point
    use hampm_interface_points, only: interface_energy
    use hampm_equation_of_motion, only: speed_by_toughness, excess_of, followed
    use hampm_forest, only: outside
-   use hampm_growing, only: growing_t, next_t, share_of_shear, part_of_crack
+   use hampm_front_values, only: front_values_t
+   use hampm_growing, only: growing_t, next_t, prescribed_advance, share_of_shear, part_of_crack
+   use hampm_growth_points, only: next_of_points
    use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_for, why_no_room, find_end, &
                                plan_end, end_tips, &
                                   shrink_domains
    use hampm_interface_placement, only: release_length
-   use hampm_law, only: value_of
    use hampm_kinks, only: kink_t, hoop_intensity, is_opened
    use hampm_crack_groups, only: growth_t
-   use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_model, only: model_t
    use hampm_tensors, only: norm, in_plane
-   use hampm_text, only: to_text, three_digits
+   use hampm_text, only: three_digits
    implicit none
    private
-   public :: plan_ways, move_tips, must_check, start_tips, note_check, book_rate
+   public :: plan_ways, move_tips, must_check, find_speeds, note_check
 
    !> Length by which a planned path enters the next cell, which is cut then, in cells.
    real(dp), parameter :: into_next = 1e-3_dp
@@ -45,7 +45,7 @@ module hampm_dynamic_growth
    real(dp), parameter :: straight = 0.2_dp*acos(-1.0_dp)/180 !! angle below which a crack grows straight [rad]
    real(dp), parameter :: most_turn = 0.2_dp     !! the same from one cell to the next, once a crack grows [rad]
    real(dp), parameter :: strong_turn = 0.1_dp   !! too strong to be in a domain integral [rad]
-   integer, parameter :: steps_between_looks = 5 !! at G and K, where they decide on anything
+   integer, parameter :: steps_between_samples = 5 !! at G and K, where they decide on anything
    real(dp), parameter :: about_to_start = -0.75_dp !! excess of G over the toughness above which there is a look before each step
 
 contains
@@ -63,17 +63,19 @@ contains
       integer :: k, law
       have_planned = .false.
       do k = 1, size(cracks%tips)
-         law = growing%law_at(model, cracks, k, m%state%time, dt)
-         if (law == 0 .or. growing%tips(k)%has_no_room) cycle
+         law = growing%law_at(model, k, m%state%time, dt)
+         if (law == 0 .or. growing%points(k)%has_no_room) cycle
          associate (of => model%growth(law), tip => cracks%tips(k))
-            if (of%turns() .and. growing%tips(k)%law /= law .and. growing%tips(k)%law > 0) call cracks%forget_way(k)
-            growing%tips(k)%law = law
+            if (of%turns() .and. growing%points(k)%law /= law .and. growing%points(k)%law > 0) call cracks%forget_way(k)
+            growing%points(k)%law = law
             if (.not. of%law%gives_speed()) then
-               if (.not. growing%tips(k)%is_running) then ! a cut shakes cells, also those of a tip that is about to start
-                  if (growing%is_paced .or. of%turns() .or. .not. growing%tips(k)%excess > about_to_start) cycle
+               if (.not. growing%points(k)%is_running) then ! a cut shakes cells, also those of a tip that is about to start
+                  if (growing%is_implicit .or. of%turns() .or. .not. growing%points(k)%excess > about_to_start) cycle
                end if
-               if (cracks%crack(tip%crack)%bonded(tip%end) > growing%tips(k)%reserve + growing%tips(k)%way + lead_of(tip)) cycle
-            else if (growing%given_way(model, cracks, k, m%state%time, dt) <= cracks%crack(tip%crack)%bonded(tip%end)) then
+               if (cracks%crack(tip%crack)%bonded(tip%end) > &
+                   growing%points(k)%reserve + growing%points(k)%trial + lead_of(tip)) cycle
+            else if (prescribed_advance(model, tip%crack, tip%end, m%state%time, dt) <= &
+                     cracks%crack(tip%crack)%bonded(tip%end)) then
                cycle
             end if
             call plan(growing, model, m, cracks, k, of, is_planned, message)
@@ -100,9 +102,9 @@ contains
       associate (tip => cracks%tips(k))
          allocate (before, source=cracks%crack(tip%crack)%points)
          bonded = cracks%crack(tip%crack)%bonded(tip%end)
-         next = growing%tips(k)%next_of_path
+         next = growing%points(k)%next_of_path
          do cells = merge(1, straight_on, of%turns()), 1, -1 ! as many as there is room for
-            growing%tips(k)%next_of_path = next
+            growing%points(k)%next_of_path = next
             from = before(:, merge(size(before, 2), 1, tip%end == last_point))
             call choose_direction(growing, model, cracks, k, of, from, direction, angle)
             ahead = direction
@@ -119,8 +121,8 @@ contains
             call cracks%place(tip%crack, before)
          end do
          if (room < least_radius(model)*(1 - 1e-9_dp)) then
-            growing%tips(k)%has_no_room = .true. ! the tip stops where its way ends
-            growing%tips(k)%next_of_path = next
+            growing%points(k)%has_no_room = .true. ! the tip stops where its way ends
+            growing%points(k)%next_of_path = next
             from = before(:, merge(size(before, 2), 1, tip%end == last_point))
             call find_end(model, cracks, tip%crack, from, ahead, norm(to - from) + 2*least_radius(model), to, runs_through)
             if (runs_through) then
@@ -132,9 +134,9 @@ contains
             end if
             return
          end if
-         growing%tips(k)%reserve = beyond
-         if (abs(angle) > strong_turn) growing%tips(k)%last_turn = tip%grown
-         growing%tips(k)%room = min(room, room_of_material(model, tip))
+         growing%points(k)%reserve = beyond
+         if (abs(angle) > strong_turn) growing%points(k)%last_turn = tip%grown
+         growing%points(k)%room = min(room, room_of_material(model, tip))
          call growing%fit_radii(k, least_radius(model), tip)
          call see_around_tips(model, cracks, tip%crack)
       end associate
@@ -163,12 +165,12 @@ contains
             direction = growing%to_next_point(k, of%points, from, direction)
             angle = atan2(dot_product(direction, tip%axis(:, 2)), dot_product(direction, tip%axis(:, 1)))
           case default
-            if (growing%tips(k)%looks > 0) then
-               kink = growing%kink_of(model, cracks, k, of, growing%tips(k)%sum_of_k/growing%tips(k)%looks, 0.0_dp)
+            if (growing%points(k)%n_k_samples > 0) then
+               kink = growing%kink_of(model, cracks, k, of, growing%points(k)%sum_of_k/growing%points(k)%n_k_samples, 0.0_dp)
                angle = kink%angle
             end if
-            growing%tips(k)%looks = 0
-            growing%tips(k)%sum_of_k = 0
+            growing%points(k)%n_k_samples = 0
+            growing%points(k)%sum_of_k = 0
             if (tip%grown > 0) then
                present = cracks%end_direction(k)
                along = matmul(present, tip%axis)
@@ -222,10 +224,10 @@ contains
       way = way/stretch
       to = from + way*direction
       at_kink = .false.
-      if (of%direction /= 'path' .or. growing%tips(k)%next_of_path > size(of%points, 2)) return
-      if (norm(of%points(:, growing%tips(k)%next_of_path) - from) > way) return
-      to = of%points(:, growing%tips(k)%next_of_path)
-      growing%tips(k)%next_of_path = growing%tips(k)%next_of_path + 1
+      if (of%direction /= 'path' .or. growing%points(k)%next_of_path > size(of%points, 2)) return
+      if (norm(of%points(:, growing%points(k)%next_of_path) - from) > way) return
+      to = of%points(:, growing%points(k)%next_of_path)
+      growing%points(k)%next_of_path = growing%points(k)%next_of_path + 1
       at_kink = .true.
    end subroutine next_point
 
@@ -270,32 +272,35 @@ contains
       real(dp) :: way, taken, most(size(cracks%tips)), before, grown
       integer :: k, law
       before = interface_energy(m%interfaces) + m%energies%fracture_energy
-      most = most_ways(growing, model, cracks, time, dt)
+      most = largest_advances(growing, model, cracks, time, dt)
       do k = 1, size(cracks%tips)
-         law = growing%law_at(model, cracks, k, time, dt)
-         if (law > 0) growing%tips(k)%law = law
-         if (growing%tips(k)%law == 0) cycle
-         associate (of => model%growth(growing%tips(k)%law), tip => cracks%tips(k))
+         law = growing%law_at(model, k, time, dt)
+         if (law > 0) growing%points(k)%law = law
+         if (growing%points(k)%law == 0) cycle
+         associate (of => model%growth(growing%points(k)%law), tip => cracks%tips(k))
             taken = 0
             grown = tip%grown
             if (of%law%gives_speed()) then
-               way = min(growing%given_way(model, cracks, k, time, dt), most(k))
+               way = min(prescribed_advance(model, tip%crack, tip%end, time, dt), most(k))
                call cracks%move_tip(k, way, m%grid%cut_cells%lines)
                tip%speed = way/dt
-               growing%tips(k)%faded = merge(0.0_dp, growing%tips(k)%faded + of%speed_at(time)*dt, way > 0)
+               associate (length => growing%points(k)%unloading_length)
+                  length = merge(0.0_dp, length + of%speed_at(time)*dt, way > 0)
+               end associate
                if (tip%has_ended) then           ! points beyond the end fail as if the tip advanced further
-                  call fail_behind(m%interfaces, k, tip%grown + growing%tips(k)%faded, 0.0_dp, taken)
+                  call fail_behind(m%interfaces, k, tip%grown + growing%points(k)%unloading_length, 0.0_dp, taken)
                else
-                  call fail_behind(m%interfaces, k, tip%grown, growing%tips(k)%faded, taken)
+                  call fail_behind(m%interfaces, k, tip%grown, growing%points(k)%unloading_length, taken)
                end if
-            else if (growing%tips(k)%is_running) then
-               if (growing%is_paced .and. runs_out(growing, model, cracks, k)) growing%tips(k)%way = most(k)
-               if (.not. growing%is_paced) growing%tips(k)%way = growing%tips(k)%speed*dt
-               call try_way(growing, m, cracks, k, dt, most(k), taken)
+            else if (growing%points(k)%is_running) then
+               if (growing%is_implicit .and. runs_out(growing, model, cracks, k)) growing%points(k)%trial = most(k)
+               if (.not. growing%is_implicit) growing%points(k)%trial = growing%points(k)%speed*dt
+               call try_advance(growing, m, cracks, k, dt, most(k), taken)
             end if
             m%energies%fracture_energy = m%energies%fracture_energy + taken
             if (tip%grown > grown) then
-               call growing%tips(k)%note_motion(time, dt)
+               if (growing%points(k)%onset < 0) growing%points(k)%onset = time
+               growing%points(k)%last_motion = time + dt
                call see_surroundings(model, tip)
             end if
             if (tip%has_ended) tip%speed = 0
@@ -303,14 +308,14 @@ contains
          end associate
       end do
       do k = 1, size(cracks%tips)
-         law = growing%law_at(model, cracks, k, time, dt)
+         law = growing%law_at(model, k, time, dt)
          if (law == 0) cycle
          associate (of => model%growth(law), crack => cracks%crack(cracks%tips(k)%crack))
             if (of%max_length > 0 .and. crack%length() >= of%max_length*(1 - 1e-9_dp)) then
                call growing%stop_tip(k, 'the crack has its max_length', message)
             else if (cracks%tips(k)%has_ended) then
                call end_tips(growing, model, cracks, message)
-            else if (growing%tips(k)%has_no_room .and. .not. crack%bonded(cracks%tips(k)%end) > 0) then
+            else if (growing%points(k)%has_no_room .and. .not. crack%bonded(cracks%tips(k)%end) > 0) then
                call growing%stop_tip(k, why_it_stops(model, cracks, k), message)
             end if
          end associate
@@ -321,7 +326,7 @@ contains
 
    !> Largest advance of each tip in a step [m], up to the end of its planned path. The tips of a crack share the rest of its
    !> max_length in proportion to their next advances, if these are more than half of it: no tip has precedence.
-   function most_ways(growing, model, cracks, time, dt) result(most)
+   function largest_advances(growing, model, cracks, time, dt) result(most)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
@@ -330,12 +335,13 @@ contains
       real(dp) :: left, of_all                   ! of the length of a crack, and to go for its tips [m]
       integer :: k, law(size(cracks%tips))
       most = 0
-      way = merge(growing%tips%way, growing%tips%speed*dt, growing%is_paced)
+      way = merge(growing%points%trial, growing%points%speed*dt, growing%is_implicit)
       do k = 1, size(most)
-         law(k) = growing%law_at(model, cracks, k, time, dt)
+         law(k) = growing%law_at(model, k, time, dt)
          if (law(k) == 0) cycle
          most(k) = cracks%crack(cracks%tips(k)%crack)%bonded(cracks%tips(k)%end)
-         if (model%growth(law(k))%law%gives_speed()) way(k) = growing%given_way(model, cracks, k, time, dt)
+         if (model%growth(law(k))%law%gives_speed()) &
+            way(k) = prescribed_advance(model, cracks%tips(k)%crack, cracks%tips(k)%end, time, dt)
       end do
       way = min(way, most)
       do k = 1, size(most)
@@ -346,11 +352,11 @@ contains
          if (2*of_all > left) left = left*(way(k)/of_all)
          most(k) = min(most(k), left)
       end do
-   end function most_ways
+   end function largest_advances
 
    !> Advance a tip by its toughness: in explicit steps at its speed (`hampm_equation_of_motion`), in implicit ones by a trial
-   !> advance (`hampm_growth_pace`). Cohesive points fail behind it as for a given speed.
-   subroutine try_way(growing, m, cracks, k, dt, most, taken)
+   !> advance (`hampm_advance_search`). Cohesive points fail behind it as for a given speed.
+   subroutine try_advance(growing, m, cracks, k, dt, most, taken)
       type(growing_t), intent(inout) :: growing
       type(problem_t), intent(inout) :: m
       type(cracks_t), intent(inout) :: cracks
@@ -358,23 +364,24 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: most               !! that it may move [m]
       real(dp), intent(out) :: taken             !! stored energy of cohesive points that fail [J]
-      real(dp) :: way, further
+      real(dp) :: way, further, work
       associate (tip => cracks%tips(k), wave => rayleigh_speed(m%materials(cracks%tips(k)%material_in(m%materials))))
-         way = min(growing%tips(k)%way, wave*dt, most)
-         growing%tips(k)%is_held = way < growing%tips(k)%way .and. &
-                                   (growing%tips(k)%has_no_room .or. way < cracks%crack(tip%crack)%bonded(tip%end))
+         way = min(growing%points(k)%trial, wave*dt, most)
+         growing%points(k)%is_held = way < growing%points(k)%trial .and. &
+                                   (growing%points(k)%has_no_room .or. way < cracks%crack(tip%crack)%bonded(tip%end))
          call cracks%move_tip(k, way, m%grid%cut_cells%lines)
-         growing%tips(k)%speed = way/dt
-         tip%speed = growing%tips(k)%speed
+         growing%points(k)%speed = way/dt
+         tip%speed = growing%points(k)%speed
          further = 0                             ! a step after the last one no point holds any more
          if (tip%has_ended .and. .not. way > 0) further = 2*release_length*tip%nodes%spacing
-         if (tip%has_ended .and. .not. growing%is_paced) then
-            growing%tips(k)%faded = growing%tips(k)%faded + wave*dt
-            further = growing%tips(k)%faded
+         if (tip%has_ended .and. .not. growing%is_implicit) then
+            growing%points(k)%unloading_length = growing%points(k)%unloading_length + wave*dt
+            further = growing%points(k)%unloading_length
          end if
-         call fail_behind(m%interfaces, k, tip%grown + lead_of(tip) + further, 0.0_dp, taken, growing%tips(k)%work)
+         call fail_behind(m%interfaces, k, tip%grown + lead_of(tip) + further, 0.0_dp, taken, work)
+         growing%points(k)%work = growing%points(k)%work + work
       end associate
-   end subroutine try_way
+   end subroutine try_advance
 
    !> How far the release of cohesive points is ahead of a tip of law = toughness [m]. A point with a part f of its force has taken
    !> 1 - f**2 of what it takes. All of them have taken the way w of the tip if the first one keeps 1 - y, with y**2 - y**3/3 = w/l
@@ -396,7 +403,7 @@ contains
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: k                   !! its number
       runs_out = cracks%crack(cracks%tips(k)%crack)%is_through(cracks%tips(k)%end) .and. &
-                 growing%tips(k)%room < least_radius(model)*(1 - 1e-9_dp)
+                 growing%points(k)%room < least_radius(model)*(1 - 1e-9_dp)
    end function runs_out
 
    !> Why a tip stops at the end of its way. Where a surface is ahead of it the body is all but in two.
@@ -420,23 +427,29 @@ contains
       end associate
    end function why_it_stops
 
-   !> Whether G and K have to be measured before the next step, as they decide on the advance or direction of a tip.
-   logical function must_check(growing, model, m, cracks)
+   !> Whether G and K have to be measured before the next step, as they decide on the advance or direction of a point.
+   logical function must_check(growing, model, m, dt)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: m
-      type(cracks_t), intent(in) :: cracks
+      real(dp), intent(in) :: dt                 !! of the step [s]
       integer :: k, law
       must_check = .false.
-      if (growing%is_paced) return               ! these are measured after each step
-      do k = 1, size(cracks%tips)
-         law = growing%law_at(model, cracks, k, m%state%time)
-         if (law == 0) cycle
-         associate (of => model%growth(law))
-            if (growing%tips(k)%excess > about_to_start .and. .not. of%law%gives_speed()) must_check = .true.
-            if (mod(m%state%steps, int(steps_between_looks, kind(m%state%steps))) /= 0) cycle
-            if (.not. (of%law%gives_speed() .or. growing%tips(k)%is_running)) must_check = .true.
-            if (of%turns() .or. .not. of%law%gives_speed() .and. of%factors%mixed_mode /= 'none') must_check = .true.
+      if (growing%is_implicit) return               ! these are measured after each step
+      do k = 1, size(growing%points)
+         associate (point => growing%points(k))
+            law = growing%law_at(model, k, m%state%time, dt)
+            if (law == 0) then
+               must_check = must_check .or. point%front > 0 .and. point%is_running ! its speed is 0 then
+               cycle
+            end if
+            associate (of => model%growth(law), now_and_then => mod(m%state%steps, int(steps_between_samples, long)) == 0)
+               if (of%law%gives_speed()) then
+                  must_check = must_check .or. now_and_then .and. of%turns()
+               else                              ! a tip that has arrested may run again
+                  must_check = must_check .or. now_and_then .or. point%excess > about_to_start
+               end if
+            end associate
          end associate
       end do
    end function must_check
@@ -449,103 +462,118 @@ contains
       integer :: k
       do k = 1, size(cracks%tips)
          if (.not. cracks%tips(k)%is_measured()) cycle
-         growing%tips(k)%shear = share_of_shear(values(k))
+         growing%points(k)%shear = share_of_shear(values(k))
          if (cracks%tips(k)%grown > 0) then
-            growing%tips(k)%looks = growing%tips(k)%looks + 1
-            growing%tips(k)%sum_of_k = growing%tips(k)%sum_of_k + values(k)%intensity
+            growing%points(k)%n_k_samples = growing%points(k)%n_k_samples + 1
+            growing%points(k)%sum_of_k = growing%points(k)%sum_of_k + values(k)%intensity
          else
-            growing%tips(k)%looks = 1
-            growing%tips(k)%sum_of_k = values(k)%intensity
+            growing%points(k)%n_k_samples = 1
+            growing%points(k)%sum_of_k = values(k)%intensity
          end if
       end do
    end subroutine note_check
 
-   !> Start tips whose loading has reached the toughness: K of the largest hoop stress for `hoop_stress`, else G; find the speed of
-   !> those that run.
-   subroutine start_tips(growing, model, m, cracks, values, dt, message)
+   !> Find the speeds of all points that grow by their toughness, tips and points of fronts alike, from what has been measured: K of
+   !> the largest hoop stress for `hoop_stress`, else G. In implicit steps of tips find how far off their trial advances are.
+   subroutine find_speeds(growing, model, m, cracks, values, fronts, dt, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: m
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
+      type(front_values_t), intent(in) :: fronts(:)
       real(dp), intent(in) :: dt                 !! of a step [s]
       character(:), allocatable, intent(inout) :: message
       real(dp), parameter :: slower = 0.999_dp   ! than Rayleigh waves
-      type(next_t) :: next
-      real(dp) :: speed, wave                    ! [m/s]
-      integer :: k, law
-      do k = 1, size(cracks%tips)
-         law = growing%law_at(model, cracks, k, m%state%time)
-         growing%tips(k)%excess = -1             ! a tip that may not grow rests
-         if (law == 0) cycle
-         associate (of => model%growth(law), material => m%materials(cracks%tips(k)%material_in(m%materials)), &
-                    tip => growing%tips(k))
-            if (of%law%gives_speed()) cycle
-            next = growing%next_of(model, cracks, k, of, values(k))
-            if (of%direction == 'hoop_stress') then
-               if (.not. tip%is_running .or. growing%is_paced) &
-                  next%rate = max(hoop_intensity(values(k)%intensity), 0.0_dp)**2/material%plane_modulus()
-            else if (.not. is_opened(trim(of%direction), values(k)%intensity)) then
-               next%rate = 0
+      type(next_t) :: next(size(growing%points))
+      real(dp) :: since                          ! the last search [s]
+      real(dp) :: speed, wave, cell, start       ! [m/s], [m], [s]
+      integer :: k, law(size(next))
+      logical :: is_measured
+      start = m%state%time
+      if (growing%is_implicit) start = start - dt ! of the step that has been tried
+      since = dt
+      if (.not. growing%is_implicit .and. growing%searched >= 0) since = max(1_long, m%state%steps - growing%searched)*dt
+      growing%searched = m%state%steps
+      law = [(growing%law_at(model, k, start, dt), k=1, size(law))]
+      next = next_of_points(growing, model, cracks, values, fronts, law=law)
+      growing%points%excess = -1                 ! a point that may not grow rests
+      do k = 1, size(next)
+         associate (point => growing%points(k), of => model%growth(max(1, law(k))))
+            if (law(k) == 0 .or. of%law%gives_speed()) then
+               if (point%front == 0) cycle
+               point%speed = 0
+               point%lagged_speed = 0
+               point%is_running = .false.
+               cycle
             end if
-            if (material%has_history) next%rate = driving_force(growing, model, cracks%tips(k), k, dt, next)
-            wave = rayleigh_speed(material)
-            speed = min(tip%speed, slower*wave)
-            tip%felt = followed(tip%felt, speed, dt, material%shear_wave_speed(), cracks%tips(k)%nodes%spacing)
-            tip%excess = excess_of(next%rate, next%toughness, speed, tip%felt, wave)
-            if (runs_out(growing, model, cracks, k)) tip%excess = 0
-            tip%is_running = tip%is_running .or. next%rate >= next%toughness
-            tip%memory = late*cracks%tips(k)%nodes%spacing/material%shear_wave_speed()
-            if (.not. tip%is_running .or. growing%is_paced) cycle
-            if (cracks%tips(k)%grown > from_start*cracks%tips(k)%nodes%spacing .and. next%rate > far_above*next%toughness) &
-               call growing%note_tip(k, 'is in cells that are too coarse for its toughness: it runs with a G of '// &
-                                     three_digits(next%rate/next%toughness)//' times that at t = '//three_digits(m%state%time)// &
-                                     ' s. Its speed and fracture_energy may be off; take smaller cells there', message)
-            if (cracks%tips(k)%is_measured()) then
-               tip%speed = speed_by_toughness(of, growing%advance_of(model, cracks, k), next%rate, tip%felt, wave)
-            else if (.not. tip%speed > 0) then
-               tip%speed = wave
+            is_measured = k > size(cracks%tips)
+            cell = m%grid%finest_cell
+            if (.not. is_measured) then
+               is_measured = cracks%tips(k)%is_measured()
+               cell = cracks%tips(k)%nodes%spacing
+               point%material = cracks%tips(k)%material_in(m%materials)
             end if
-            tip%way = tip%speed*dt
+            associate (material => m%materials(point%material), rate => next(k)%rate)
+               if (of%direction == 'hoop_stress') then
+                  if (.not. point%is_running .or. growing%is_implicit) &
+                     rate = max(hoop_intensity(next(k)%intensity), 0.0_dp)**2/material%plane_modulus()
+               else if (.not. is_opened(trim(of%direction), next(k)%intensity)) then
+                  rate = 0
+               end if
+               if (material%has_history .and. point%front == 0) &
+                  rate = driving_force(growing, model, cracks%tips(k), k, since, next(k))
+               wave = rayleigh_speed(material)
+               speed = min(point%speed, slower*wave)
+               point%lagged_speed = followed(point%lagged_speed, speed, since, material%shear_wave_speed(), cell)
+               point%excess = excess_of(rate, next(k)%toughness, speed, point%lagged_speed, wave)
+               point%is_running = point%is_running .or. rate >= next(k)%toughness
+               point%memory = late*cell/material%shear_wave_speed()
+               if (point%front == 0) then
+                  if (runs_out(growing, model, cracks, k)) point%excess = 0
+                  if (point%is_running .and. .not. growing%is_implicit) call note_coarse_cells(k, rate/next(k)%toughness)
+               end if
+               if (.not. point%is_running .or. growing%is_implicit) cycle
+               if (is_measured) then
+                  point%speed = speed_by_toughness(of, next(k)%advance, rate, point%lagged_speed, wave)
+               else if (.not. point%speed > 0) then
+                  point%speed = wave
+               end if
+               point%trial = point%speed*dt
+            end associate
          end associate
       end do
-   end subroutine start_tips
 
-   !> J of a tip, times the part of it that its faces take where material around it dissipates [J/m2]: the work of its failing points
-   !> over J times the new area, averaged over half a cell of its way. It stays while the tip rests. The work so far, over the
-   !> toughness and less the way, is given back within a cell.
+   contains
+
+      !> Note a tip that runs far above its toughness.
+      subroutine note_coarse_cells(k, part)
+         integer, intent(in) :: k
+         real(dp), intent(in) :: part            !! G over the toughness [-]
+         if (cracks%tips(k)%grown > from_start*cracks%tips(k)%nodes%spacing .and. part > far_above) &
+            call growing%warn_once(k, 'is in cells that are too coarse for its toughness: it runs with a G of '// &
+                                  three_digits(part)//' times that at t = '//three_digits(m%state%time)// &
+                                  ' s. Its speed and fracture_energy may be off; take smaller cells there', message)
+      end subroutine note_coarse_cells
+   end subroutine find_speeds
+
+   !> J of a tip, times the part of it that its faces take where material around it dissipates [J/m2]: the work of its failing
+   !> points over J times the new area, averaged over half a cell of its way. It stays while the tip rests. The work so far, over
+   !> the toughness and less the way, is given back within a cell.
    real(dp) function driving_force(growing, model, tip, number, dt, next)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
       type(crack_tip_t), intent(in) :: tip
       integer, intent(in) :: number              !! of the tip
-      real(dp), intent(in) :: dt                 !! of the last step [s]
+      real(dp), intent(in) :: dt                 !! since the last search [s]
       type(next_t), intent(in) :: next           !! with J
       real(dp) :: taken                          ! over the width [J/m]
-      associate (point => growing%tips(number), way => tip%speed*dt, cell => tip%nodes%spacing)
+      associate (point => growing%points(number), way => tip%speed*dt, cell => tip%nodes%spacing)
          taken = point%work/(part_of_crack(tip)*model%run%thickness%at(tip%now))
          if (next%rate > 0) point%share = max(0.0_dp, point%share + (taken/next%rate - point%share*way)/(cell/2))
          point%ahead = point%ahead + taken/next%toughness - way
+         point%work = 0
          driving_force = point%share*next%rate*max(0.0_dp, 1 + point%ahead/cell)
       end associate
    end function driving_force
-
-   !> Book the integral of G over the new area, by the mean of G before and now.
-   subroutine book_rate(growing, model, cracks, values)
-      type(growing_t), intent(inout) :: growing
-      type(model_t), intent(in) :: model
-      type(cracks_t), intent(in) :: cracks
-      type(crack_values_t), intent(in) :: values(:)
-      real(dp) :: rate, middle(ndim)
-      integer :: k
-      do k = 1, size(values)
-         rate = growing%tips(k)%rate             ! of a tip that is no longer measured
-         if (cracks%tips(k)%is_measured()) rate = best_rate(values(k), cracks%tips(k))
-         middle = cracks%tips(k)%now - (cracks%tips(k)%grown - growing%tips(k)%booked)/2*cracks%tips(k)%direction
-         growing%integral = growing%integral + part_of_crack(cracks%tips(k))*model%run%thickness%at(middle) &
-                            *(cracks%tips(k)%grown - growing%tips(k)%booked)*(growing%tips(k)%rate + rate)/2
-         growing%tips(k)%rate = rate
-         growing%tips(k)%booked = cracks%tips(k)%grown
-      end do
-   end subroutine book_rate
 end module hampm_dynamic_growth

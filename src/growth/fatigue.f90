@@ -15,7 +15,8 @@ module hampm_fatigue
    use hampm_model, only: model_t
    implicit none
    private
-   public :: fatigue_t, new_fatigue, ways_of, count_cycles, has_fractured, has_loads, largest_loads, record_cycle, archive_fatigue
+   public :: fatigue_t, new_fatigue, advances_of, count_cycles, has_fractured, has_loads, largest_loads, record_cycle, &
+             archive_fatigue
 
    integer, parameter :: parts = 128             !! of an increment, in each of which rates are constant
    real(dp), parameter :: slowest = 1e-20_dp     !! least rate over the increment: fewer cycles in a part; such K may be rounding
@@ -28,7 +29,7 @@ module hampm_fatigue
       real(dp) :: done = 0                       !! cycles of it so far
       real(dp) :: life = -1                      !! cycles to fracture; below 0: no fracture
       integer, allocatable :: law(:)             !! number of the &growth of each tip; 0: it does not grow
-      real(dp), allocatable :: owed(:)           !! advance deficit of each tip [m]
+      real(dp), allocatable :: advance_deficit(:) !! advance deficit of each tip [m]
       real(dp), allocatable :: zone(:)           !! from each tip to the end of the farthest plastic zone [m]
       real(dp), allocatable :: level(:)          !! factors of the loads at which K is needed; the first is 1 [-]
       integer, allocatable :: top(:), bottom(:)  !! numbers of the levels of each block
@@ -50,7 +51,7 @@ contains
          call add(cycles%factor(k)*cycles%ratio(k), fatigue%bottom(k))
       end do
       fatigue%law = law
-      allocate (fatigue%owed(size(law)), fatigue%zone(size(law)), source=0.0_dp)
+      allocate (fatigue%advance_deficit(size(law)), fatigue%zone(size(law)), source=0.0_dp)
       allocate (fatigue%at(of_part, size(fatigue%level), size(law)), source=0.0_dp)
    contains
       !> Find the number of a level, which is added where it is new.
@@ -191,7 +192,7 @@ contains
    end function next_rates
 
    !> Advance of each tip in the next step, 0 or at least `least` [m].
-   pure function ways_of(fatigue, model, grows, least) result(ways)
+   pure function advances_of(fatigue, model, grows, least) result(ways)
       type(fatigue_t), intent(in) :: fatigue
       type(model_t), intent(in) :: model
       logical, intent(in) :: grows(:)            !! whether each tip still does
@@ -205,10 +206,10 @@ contains
          if (ways(k) > 0) cycles = min(cycles, model%growth(fatigue%law(k))%increment/ways(k))
       end do
       where (ways > 0)
-         ways = ways*cycles + fatigue%owed
+         ways = ways*cycles + fatigue%advance_deficit
          ways = merge(0.0_dp, max(ways, least), ways < least/2)
       end where
-   end function ways_of
+   end function advances_of
 
    !> Whether K reaches K_c at the present place of a tip in the present block.
    pure logical function has_fractured(fatigue)
@@ -251,9 +252,9 @@ contains
       integer :: lead, idle, k, b
       have_arrested = .false.
       lead = maxloc([(ways(k)/max(increment_of(k), tiny(way)), k=1, size(ways))], dim=1)
-      way = ways(lead) - fatigue%owed(lead)
+      way = ways(lead) - fatigue%advance_deficit(lead)
       if (way < ways(lead)/2) way = ways(lead)
-      fatigue%owed = fatigue%owed - ways
+      fatigue%advance_deficit = fatigue%advance_deficit - ways
       less = off + rise_of(lead)**2/12
       from = 0
       idle = 0
@@ -340,7 +341,7 @@ contains
          integer, intent(in) :: block
          integer :: k
          fatigue%cycles = fatigue%cycles + cycles
-         fatigue%owed = fatigue%owed + cycles*rates
+         fatigue%advance_deficit = fatigue%advance_deficit + cycles*rates
          do k = 1, size(fatigue%law)
             if (fatigue%law(k) > 0) fatigue%zone(k) = max(fatigue%zone(k) - cycles*rates(k), &
                                                           zone_of(fatigue, model, between(to), block, k))
@@ -370,7 +371,7 @@ contains
       call archive%serialise('cycles_error', fatigue%error)
       call archive%serialise('block', fatigue%block)
       call archive%serialise('done', fatigue%done)
-      call archive%archive_reals('owed_cycles', size(fatigue%owed), fatigue%owed)
+      call archive%archive_reals('advance_deficit', size(fatigue%advance_deficit), fatigue%advance_deficit)
       call archive%archive_reals('zone', size(fatigue%zone), fatigue%zone)
       call archive%archive_reals('at', size(fatigue%at), fatigue%at)
    end subroutine archive_fatigue

@@ -1,6 +1,6 @@
 !> Growth state of the tips of a run, static (`hampm_static_growth`) and dynamic (`hampm_dynamic_growth`): the data of both.
 module hampm_growing
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, long, ndim
    use hampm_tensors, only: norm
    use hampm_archive, only: archive_t
    use hampm_branching, only: branching_t, criteria_of, record_branching, why_it_may_branch
@@ -11,8 +11,8 @@ module hampm_growing
    use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: fatigue_t, new_fatigue, record_cycle, archive_fatigue
-   use hampm_dynamic_front_growth, only: growing_front_t, growing_plane_t, new_growing_planes, archive_planes
    use hampm_front_values, only: front_values_t
+   use hampm_growing_planes, only: growing_plane_t, new_growing_planes, archive_planes
    use hampm_history, only: history_t
    use hampm_kinks, only: kink_t, best_kink, is_opened, kink_angle
    use hampm_load_work, only: load_state_t, archive_load_state
@@ -22,11 +22,22 @@ module hampm_growing
    use hampm_toughness, only: advance_t, direction_of
    implicit none
    private
-   public :: growing_t, next_t, share_of_shear, new_growing, record_growth, note_branching, &
+   public :: growing_t, growing_point_t, next_t, law_of, prescribed_advance, share_of_shear, new_growing, record_growth, &
+             note_branching, &
               record_frame, record_place, record_onset, archive_growing, fitting, part_of_crack
 
-   !> How a tip of the run grows.
-   type :: growing_tip_t
+   integer, parameter, public :: by_load = 1     !! at rest: loads are scaled until the largest G is the toughness
+   integer, parameter, public :: by_frame = 2    !! at rest: as a load frame moves
+   integer, parameter, public :: by_cycles = 3   !! at rest: load cycles
+   integer, parameter, public :: by_steps = 4    !! in motion: steps in time
+
+   !> How a tip grows, a front of one point, or a point of a front of solids.
+   type :: growing_point_t
+      integer :: crack = 0                       !! number of its crack
+      integer :: end = 1                         !! at which end of that a tip is
+      integer :: front = 0                       !! number of its front; 0: of a tip, and of fronts that have ended
+      logical :: is_closed = .false.             !! whether that had no ends
+      integer :: material = 0                    !! number of its material, in motion
       logical :: grows = .false.                 !! whether there is a &growth for it
       logical :: has_stopped = .false.           !! whether it has stopped permanently
       logical :: has_ended = .false.             !! whether it has reached its end and a message says so: it is no longer a tip
@@ -37,10 +48,10 @@ module hampm_growing
       real(dp) :: extension = 0                  !! advance in the load steps before [m]
       real(dp) :: kink = 0                       !! angle of its last kink, to the left [rad]
       real(dp) :: slope = 0                      !! change of atan(K_II/K_I) with the angle of that, of a short kink
-      real(dp) :: place(ndim) = 0                !! place of a front point after the last load step [m]
+      real(dp) :: place(ndim) = 0                !! place of a front point: after the last load step, or as last measured [m]
       real(dp) :: width = 0                      !! of a front point: its length of the front, last measured [m]
-      ! In motion, of tips of law = toughness that keep pace with G
-      real(dp) :: way = 0                        !! in a step, which is tried [m]
+      ! In motion, of tips of law = toughness in implicit steps, which search for their advance
+      real(dp) :: trial = 0                      !! advance in a step, which is tried [m]
       real(dp) :: excess = 0                     !! G over the toughness, less 1, after the last step [-]
       real(dp) :: fall = 0                       !! decrease of the excess with the advance; 0: not known [1/m]
       logical :: is_held = .false.               !! whether it can go no further in the step
@@ -48,18 +59,18 @@ module hampm_growing
       real(dp) :: onset = -1                     !! when it began to move; below 0: it has not [s]
       real(dp) :: last_motion = -1               !! when it moved last [s]
       integer :: law = 0                         !! number of its present or last &growth; 0: none so far
-      real(dp) :: faded = 0                      !! given speed, after arrest: unloading length of cohesive points [m]
+      real(dp) :: unloading_length = 0                      !! given speed, after arrest: unloading length of cohesive points [m]
       logical :: is_running = .false.            !! of law = toughness: whether it has reached that
       logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
       real(dp) :: speed = 0                      !! of the same: recent speed [m/s]
-      real(dp) :: felt = 0                       !! the speed to which its measured G belongs [m/s]
+      real(dp) :: lagged_speed = 0               !! that to which its measured G belongs [m/s]
       real(dp) :: share = 1                      !! of J that its faces take, where material dissipates [-]
-      real(dp) :: work = 0                       !! of its failing points in the last step [J]
+      real(dp) :: work = 0                       !! of its failing points since the last search for its speed [J]
       real(dp) :: ahead = 0                      !! all work of these over the toughness, less its way [m]
       real(dp) :: memory = 0                     !! time without motion after which it has arrested [s]
       real(dp) :: reserve = 0                    !! rest of its planned path at which the next is planned [m]
       integer :: next_of_path = 1                !! direction = path: number of the next point
-      integer :: looks = 0                       !! how often K was taken since the last turn
+      integer :: n_k_samples = 0                       !! how often K was taken since the last turn
       real(dp) :: sum_of_k(modes) = 0            !! sum of these samples [Pa sqrt(m)]
       real(dp) :: shear = 0                      !! mode II share of G at the last measurement [-]
       real(dp) :: last_turn = -huge(1.0_dp)      !! its advance at the last turn too strong for a domain integral [m]; below 0: none
@@ -68,25 +79,25 @@ module hampm_growing
       real(dp) :: booked = 0                     !! its way for which the integral of G is booked [m]
       type(branching_t) :: branching             !! at the last sample
    contains
-      procedure :: note_motion
       procedure :: has_arrested
-   end type growing_tip_t
+   end type growing_point_t
 
-   !> The next advance of a tip.
+   !> The next advance of a point.
    type :: next_t
       real(dp) :: kink = 0                       !! kink angle, to the left [rad]
       real(dp) :: rate = 0                       !! driving energy release rate, for `max_energy` of the kink [J/m2]
       real(dp) :: toughness = 0                  !! that it meets there [J/m2]
       logical :: is_there = .false.              !! whether there is a law for it, and it has not reached its end
+      type(advance_t) :: advance                 !! arguments of its toughness straight on
       real(dp) :: intensity(modes) = 0           !! K; 0 where G is not above its own error [Pa sqrt(m)]
-      integer :: hindrance = 0                   !! static: reason of `note_wait` for no advance at any load factor; 0: none
+      integer :: hindrance = 0                   !! static: reason of `warn_of_waiting` for no advance at any load factor; 0: none
    end type next_t
 
-   !> The tips that grow.
+   !> All that grows.
    type :: growing_t
-      type(growing_tip_t), allocatable :: tips(:) !! all tips of the run; not allocated without any &growth
-      type(growing_plane_t), allocatable :: planes(:) !! and cracks in planes, of solids in motion
-      type(growing_front_t), allocatable :: fronts(:) !! with their fronts
+      type(growing_point_t), allocatable :: points(:) !! all tips, then points of fronts; not allocated without any &growth
+      type(growing_plane_t), allocatable :: planes(:) !! cracks in planes, of solids in motion
+      integer :: driver = by_steps               !! of growth
       logical :: is_static = .false.             !! whether tips advance by increments, under loads that are scaled
       ! Static growth
       type(fatigue_t) :: fatigue                 !! of law = fatigue
@@ -95,19 +106,20 @@ module hampm_growing
       real(dp) :: work = 0                       !! of the loads at the end of the step before [J]
       type(load_state_t) :: loads                !! their state then
       real(dp) :: load = 0                       !! of a load frame [N]
-      real(dp) :: way = 0                        !! its displacement at the specimen [m]
-      real(dp) :: frame_way = 0                  !! that at its other end [m]
+      real(dp) :: displacement = 0               !! its displacement at the specimen [m]
+      real(dp) :: frame_displacement = 0         !! that at its other end [m]
       real(dp) :: controlled = 0                 !! of the controlled quantity, at the end of the step before
-      real(dp) :: compliance = 0                 !! change of `frame_way` with the load factor, last measured; 0: not known [m]
+      real(dp) :: compliance = 0                 !! change of `frame_displacement` with the load factor; 0: not known [m]
       real(dp) :: part = 1                       !! part of an increment for the advance of tips
       logical :: have_onsets = .false.           !! whether cracks may appear
       integer :: onset_crack = 0                 !! number of the next one; 0: none
       real(dp) :: onset_length = 0               !! length with which it does [m]
       real(dp) :: onset_released = 0             !! energy that it releases then, over its area [J/m2]
-      logical :: waits = .false.                 !! whether tips below their toughness do not advance
+      logical :: hold_still = .false.            !! whether tips below their toughness do not advance
       logical :: have_no_load = .false.          !! the same in the next load step, as no load was found that brings a tip to it
       ! In motion
-      logical :: is_paced = .false.              !! whether tips of law = toughness keep pace with G, in implicit steps
+      logical :: is_implicit = .false.           !! whether tips of law = toughness search for their advance, in implicit steps
+      integer(long) :: searched = -1             !! steps before the last search for speeds; below 0: none
       real(dp) :: integral = 0                   !! of G over the new area [J]
       logical :: has_new_end = .false.           !! whether a tip has ended in this step, for which cells are to be cut anew
       integer :: pieces = 0                      !! in how many all material was at the start
@@ -118,15 +130,15 @@ module hampm_growing
       procedure :: is_growing
       procedure :: add_points
       procedure :: law_at
+      procedure :: cells_ahead
       procedure :: advance_of
       procedure :: next_of
       procedure :: kink_of
-      procedure :: given_way
       procedure :: to_next_point
       procedure :: fit_radii
       procedure :: stop_tip
-      procedure, nopass :: note_tip
-      procedure, nopass :: note_wait
+      procedure, nopass :: warn_once
+      procedure, nopass :: warn_of_waiting
    end type growing_t
 
    real(dp), parameter :: just_ahead = 1e-3_dp   !! cells
@@ -137,38 +149,66 @@ contains
    pure logical function are_there(self)
       class(growing_t), intent(in) :: self
       are_there = self%have_onsets
-      if (allocated(self%tips)) are_there = are_there .or. any(self%tips%grows)
-      if (allocated(self%planes)) are_there = are_there .or. any(self%planes%grows)
+      if (allocated(self%points)) are_there = are_there .or. any(self%points%grows)
    end function are_there
 
-   !> Whether a tip still grows.
-   pure logical function is_growing(self, tip)
+   !> Whether a point still grows.
+   pure logical function is_growing(self, point)
       class(growing_t), intent(in) :: self
-      integer, intent(in) :: tip
-      is_growing = self%tips(tip)%grows .and. .not. self%tips(tip)%has_stopped
+      integer, intent(in) :: point
+      is_growing = self%points(point)%grows .and. .not. self%points(point)%has_stopped
    end function is_growing
 
-   !> Number of the &growth that applies to a tip at a time, the last one in a step from there on; 0 for none.
-   pure integer function law_at(self, model, cracks, tip, time, step) result(law)
+   !> Number of the &growth that applies to a point at a time, the last one in a step from there on; 0 for none.
+   pure integer function law_at(self, model, point, time, step) result(law)
       class(growing_t), intent(in) :: self
       type(model_t), intent(in) :: model
-      type(cracks_t), intent(in) :: cracks
-      integer, intent(in) :: tip
+      integer, intent(in) :: point
+      real(dp), intent(in) :: time               !! [s]
+      real(dp), intent(in), optional :: step     !! [s]
+      law = 0
+      if (self%is_growing(point)) law = law_of(model, self%points(point)%crack, self%points(point)%end, time, step)
+   end function law_at
+
+   !> The same for an end of a crack.
+   pure integer function law_of(model, crack, end, time, step) result(law)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: crack, end          !! their numbers; a plane is its first end
       real(dp), intent(in) :: time               !! [s]
       real(dp), intent(in), optional :: step     !! [s]
       real(dp) :: last
       integer :: k
       law = 0
-      if (.not. self%is_growing(tip)) return
       last = time
       if (present(step)) last = time + step*(1 - 1e-9_dp)
       do k = 1, size(model%growth)
-         associate (growth => model%growth(k), of => cracks%tips(tip))
-            if (growth%path /= of%crack .or. .not. growth%of_end(of%end)) cycle
-            if (last >= growth%start .and. time < growth%end) law = k
+         if (is_of(model%growth(k), crack, end) .and. last >= model%growth(k)%start .and. time < model%growth(k)%end) law = k
+      end do
+   end function law_of
+
+   !> Advance of an end of a crack at given speeds in a step [m].
+   pure real(dp) function prescribed_advance(model, crack, end, time, step) result(advance)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: crack, end          !! their numbers
+      real(dp), intent(in) :: time, step         !! [s]
+      integer :: k
+      advance = 0
+      do k = 1, size(model%growth)
+         associate (growth => model%growth(k))
+            if (.not. (is_of(growth, crack, end) .and. growth%law%gives_speed())) cycle
+            associate (from => max(time, growth%start), to => min(time + step, growth%end))
+               advance = advance + growth%speed_at((from + to)/2)*max(0.0_dp, to - from)
+            end associate
          end associate
       end do
-   end function law_at
+   end function prescribed_advance
+
+   !> Whether a &growth is for an end of a crack.
+   pure logical function is_of(growth, crack, end)
+      type(growth_t), intent(in) :: growth
+      integer, intent(in) :: crack, end          !! their numbers
+      is_of = growth%path == crack .and. growth%of_end(end)
+   end function is_of
 
    !> Arguments of the toughness of a tip that grows straight; the body is the one a cell ahead of it, in motion just ahead.
    pure function advance_of(self, model, cracks, tip) result(advance)
@@ -179,12 +219,18 @@ contains
       type(advance_t) :: advance
       associate (of => cracks%tips(tip))
          advance = advance_t(speed=of%speed, length=cracks%crack(of%crack)%length(), &
-                             extension=of%grown + self%tips(tip)%extension + self%tips(tip)%advance, &
-                             angle=direction_of(of%axis(:, 1)), shear=self%tips(tip)%shear)
-         call take_toughness(model, of%place + merge(1.0_dp, just_ahead, self%is_static)*of%nodes%spacing*of%axis(:, 1), of%place, &
+                             extension=of%grown + self%points(tip)%extension + self%points(tip)%advance, &
+                             angle=direction_of(of%axis(:, 1)), shear=self%points(tip)%shear)
+         call take_toughness(model, of%place + self%cells_ahead()*of%nodes%spacing*of%axis(:, 1), of%place, &
                              advance)
       end associate
    end function advance_of
+
+   !> How far ahead of a point its body is asked for [cells].
+   pure real(dp) function cells_ahead(self)
+      class(growing_t), intent(in) :: self
+      cells_ahead = merge(1.0_dp, just_ahead, self%is_static)
+   end function cells_ahead
 
    !> Next advance of a tip by the direction of a &growth, from its measured values; straight in dynamics, once the tip runs.
    pure function next_of(self, model, cracks, tip, growth, values) result(next)
@@ -198,6 +244,7 @@ contains
       type(advance_t) :: advance
       type(kink_t) :: kink
       advance = self%advance_of(model, cracks, tip)
+      next%advance = advance
       next%is_there = .true.
       next%intensity = values%intensity
       if (cracks%tips(tip)%is_half()) next%intensity(2:) = 0
@@ -205,7 +252,7 @@ contains
          if (self%is_static) advance%shear = share_of_shear(values)
          next%rate = best_rate(values, cracks%tips(tip))
       end if
-      if (.not. (cracks%tips(tip)%has_ended .or. self%tips(tip)%is_running)) then
+      if (.not. (cracks%tips(tip)%has_ended .or. self%points(tip)%is_running)) then
          kink = self%kink_of(model, cracks, tip, growth, values%intensity, t_stress_of(values))
          next%kink = kink%angle
          if (growth%direction == 'max_energy') then
@@ -221,7 +268,7 @@ contains
          next%intensity = 0
       end if
       if (growth%direction == 'straight') then
-         if (values%is_pressed(cracks%tips(tip))) next%hindrance = 1
+         if (values%presses(cracks%tips(tip))) next%hindrance = 1
       else if (.not. is_opened(trim(growth%direction), values%intensity)) then
          next%hindrance = 1
       end if
@@ -256,26 +303,6 @@ contains
       share = abs(values%domain(2))/max(sum(abs(values%domain)), tiny(share))
    end function share_of_shear
 
-   !> Way of a tip at given speeds in a step [m].
-   pure real(dp) function given_way(self, model, cracks, tip, time, step) result(way)
-      class(growing_t), intent(in) :: self
-      type(model_t), intent(in) :: model
-      type(cracks_t), intent(in) :: cracks
-      integer, intent(in) :: tip
-      real(dp), intent(in) :: time, step         !! [s]
-      integer :: k
-      way = 0
-      if (.not. self%is_growing(tip)) return
-      do k = 1, size(model%growth)
-         associate (growth => model%growth(k), of => cracks%tips(tip))
-            if (growth%path /= of%crack .or. .not. growth%of_end(of%end) .or. .not. growth%law%gives_speed()) cycle
-            associate (from => max(time, growth%start), to => min(time + step, growth%end))
-               way = way + growth%speed_at((from + to)/2)*max(0.0_dp, to - from)
-            end associate
-         end associate
-      end do
-   end function given_way
-
    !> The growth state of a model.
    subroutine new_growing(model, cracks, fronts, growing)
       type(model_t), intent(in) :: model
@@ -286,29 +313,34 @@ contains
       growing%have_onsets = size(model%nucleations) > 0
       if (size(model%growth) == 0 .and. .not. growing%have_onsets) return
       growing%is_static = any(model%growth%law%is_static) .or. growing%have_onsets
-      growing%is_paced = model%method%time == 'implicit' .and. size(model%planes) == 0
-      if (size(model%planes) > 0 .and. .not. growing%is_static) &
-         call new_growing_planes(model, cracks, growing%planes, growing%fronts)
+      growing%is_implicit = model%method%time == 'implicit' .and. size(model%planes) == 0
+      if (size(model%planes) > 0 .and. .not. growing%is_static) growing%planes = new_growing_planes(model, cracks)
       n = size(cracks%tips)
-      allocate (growing%tips(n + merge(sum([(size(fronts(k)%arc), k=1, size(fronts))]), 0, growing%is_static)))
-      do k = 1, merge(size(fronts), 0, growing%is_static)
+      allocate (growing%points(n + sum([(size(fronts(k)%arc), k=1, size(fronts))])))
+      do k = 1, size(fronts)
          i = size(fronts(k)%arc)
-         growing%tips(n + 1:n + i)%law = findloc(model%growth%path, fronts(k)%domain%front%crack, dim=1)
+         growing%points(n + 1:n + i)%crack = fronts(k)%domain%front%crack
+         growing%points(n + 1:n + i)%law = findloc(model%growth%path, fronts(k)%domain%front%crack, dim=1)
          n = n + i
       end do
-      growing%tips%grows = growing%tips%law > 0
+      growing%points%grows = growing%points%law > 0
       do k = 1, size(cracks%tips)
+         growing%points(k)%crack = cracks%tips(k)%crack
+         growing%points(k)%end = cracks%tips(k)%end
          do i = size(model%growth), 1, -1
-            if (model%growth(i)%path /= cracks%tips(k)%crack .or. .not. model%growth(i)%of_end(cracks%tips(k)%end)) cycle
-            growing%tips(k)%grows = .true.
-            if (growing%is_static) growing%tips(k)%law = i
+            if (.not. is_of(model%growth(i), cracks%tips(k)%crack, cracks%tips(k)%end)) cycle
+            growing%points(k)%grows = .true.
+            if (growing%is_static) growing%points(k)%law = i
          end do
-         growing%tips(k)%usual_radii = cracks%tips(k)%radii
-         growing%tips(k)%has_ended = cracks%crack(cracks%tips(k)%crack)%waits
-         growing%tips(k)%has_stopped = growing%tips(k)%has_ended
+         growing%points(k)%usual_radii = cracks%tips(k)%radii
+         growing%points(k)%has_ended = cracks%crack(cracks%tips(k)%crack)%waits
+         growing%points(k)%has_stopped = growing%points(k)%has_ended
       end do
       growing%is_cyclic = any(model%growth%law%is_cyclic())
-      if (growing%is_cyclic) call new_fatigue(model%cycles, growing%tips%law, growing%fatigue)
+      if (growing%is_static) growing%driver = by_load
+      if (growing%is_static .and. model%control%leads()) growing%driver = by_frame
+      if (growing%is_cyclic) growing%driver = by_cycles
+      if (growing%is_cyclic) call new_fatigue(model%cycles, growing%points%law, growing%fatigue)
    end subroutine new_growing
 
    !> Direction from a place to the next point of a given path beyond it; straight on after the last one.
@@ -321,14 +353,14 @@ contains
       real(dp) :: direction(ndim)
       real(dp), parameter :: nothing = 1e-9_dp   ! of the first radius
       direction = before
-      do while (self%tips(tip)%next_of_path <= size(points, 2))
-         associate (way => points(:, self%tips(tip)%next_of_path) - from)
-            if (norm(way) > nothing*self%tips(tip)%usual_radii(1)) then
+      do while (self%points(tip)%next_of_path <= size(points, 2))
+         associate (way => points(:, self%points(tip)%next_of_path) - from)
+            if (norm(way) > nothing*self%points(tip)%usual_radii(1)) then
                direction = way/norm(way)
                return
             end if
          end associate
-         self%tips(tip)%next_of_path = self%tips(tip)%next_of_path + 1
+         self%points(tip)%next_of_path = self%points(tip)%next_of_path + 1
       end do
    end function to_next_point
 
@@ -339,8 +371,8 @@ contains
       real(dp), intent(in) :: least              !! radius [m]
       type(crack_tip_t), intent(inout) :: tip
       real(dp) :: most
-      most = min(self%tips(number)%room, max(least, tip%grown - self%tips(number)%last_turn))
-      tip%radii = fitting(self%tips(number)%usual_radii, least, most)
+      most = min(self%points(number)%room, max(least, tip%grown - self%points(number)%last_turn))
+      tip%radii = fitting(self%points(number)%usual_radii, least, most)
    end subroutine fit_radii
 
    !> As many radii as before, between the least and the largest that there may be [m].
@@ -368,12 +400,12 @@ contains
       integer, intent(in) :: number
       character(*), intent(in) :: why
       character(:), allocatable, intent(inout) :: message !! to the user, a line each
-      self%tips(number)%has_stopped = .true.
-      call note_tip(number, 'no longer grows: '//why, message)
+      self%points(number)%has_stopped = .true.
+      call warn_once(number, 'no longer grows: '//why, message)
    end subroutine stop_tip
 
    !> Note something of a tip, once.
-   subroutine note_tip(number, what, message)
+   subroutine warn_once(number, what, message)
       integer, intent(in) :: number
       character(*), intent(in) :: what
       character(:), allocatable, intent(inout) :: message !! to the user, a line each
@@ -383,10 +415,10 @@ contains
       if (.not. allocated(message)) message = ''
       if (index(message, text(:index(text//':', ':') - 1)) > 0) return
       call add_line(message, text)
-   end subroutine note_tip
+   end subroutine warn_once
 
    !> Note that a tip, or a front, waits in static growth.
-   subroutine note_wait(number, hindrance, message)
+   subroutine warn_of_waiting(number, hindrance, message)
       integer, intent(in) :: number
       integer, intent(in) :: hindrance           !! of it: 1 closed, 2 only by errors, 0 by neither
       character(:), allocatable, intent(inout) :: message
@@ -394,21 +426,12 @@ contains
       why = ''
       if (hindrance == 1) why = 'nothing opens it in the direction that it would take, and '
       if (hindrance == 2) why = 'its G is not above its own error, as of faces that are closed, and '
-      call note_tip(number, 'has waited in one load step at least: '//why//'no load factor brings it to its toughness', message)
-   end subroutine note_wait
-
-   !> Note that a tip has moved in a step.
-   elemental subroutine note_motion(self, time, dt)
-      class(growing_tip_t), intent(inout) :: self
-      real(dp), intent(in) :: time               !! at its start [s]
-      real(dp), intent(in) :: dt                 !! its length [s]
-      if (self%onset < 0) self%onset = time
-      self%last_motion = time + dt
-   end subroutine note_motion
+      call warn_once(number, 'has waited in one load step at least: '//why//'no load factor brings it to its toughness', message)
+   end subroutine warn_of_waiting
 
    !> Whether a tip that has grown has arrested at the end of a step: no motion in the step nor recently.
    elemental logical function has_arrested(self, time, dt)
-      class(growing_tip_t), intent(in) :: self
+      class(growing_point_t), intent(in) :: self
       real(dp), intent(in) :: time               !! at the end [s]
       real(dp), intent(in) :: dt                 !! of the step [s]
       has_arrested = self%last_motion >= 0 .and. time - self%last_motion > max(self%memory, dt/2)
@@ -445,8 +468,8 @@ contains
       type(history_t), intent(inout) :: history
       call history%record('load', 'N', 'load of the frame: the largest of the forces that are scaled', growing%load)
       call history%record('load_displacement', 'm', 'its displacement at the specimen, with which its work is load times '// &
-                          'displacement', growing%way)
-      call history%record('frame_displacement', 'm', 'the same with what the load frame gives way', growing%frame_way)
+                          'displacement', growing%displacement)
+      call history%record('frame_displacement', 'm', 'the same with what the load frame gives way', growing%frame_displacement)
       if (stiffness > 0) call history%record('frame_energy', 'J', 'energy that the load frame stores', &
                                              growing%load**2/(2*stiffness))
    end subroutine record_frame
@@ -466,9 +489,9 @@ contains
       associate (of => cracks%tips(tip))
          call record_place(cracks, of, history)
          if (.not. growing%is_static) call history%record('tip_speed', 'm/s', 'speed at which the tip grows', of%speed)
-         if (.not. growing%tips(tip)%grows) return
-         law = growing%tips(tip)%law
-         if (.not. growing%is_static) law = growing%law_at(model, cracks, tip, time)
+         if (.not. growing%points(tip)%grows) return
+         law = growing%points(tip)%law
+         if (.not. growing%is_static) law = growing%law_at(model, tip, time)
          if (law > 0) next = growing%next_of(model, cracks, tip, model%growth(law), values)
          if (.not. all(model%growth%law%gives_speed())) &
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
@@ -478,7 +501,7 @@ contains
          history%is_of_none = history%is_of_none .or. .not. material%isotropic .or. material%has_history .or. of%has_layers
          if (values%recorded%by_fields .and. .not. growing%is_static) call record_by_fields(of, values, history)
          history%is_of_none = .false.
-         if (.not. growing%is_static) call record_branching(growing%tips(tip)%branching, &
+         if (.not. growing%is_static) call record_branching(growing%points(tip)%branching, &
                                                             .not. all(model%growth%law%gives_speed()), history)
          if (.not. growing%is_static .or. law == 0) return
          if (model%growth(law)%direction /= 'max_energy') return
@@ -515,17 +538,17 @@ contains
       integer :: k, i, law
       if (growing%is_static .or. .not. growing%are_there()) return
       do k = 1, size(cracks%tips)
-         law = growing%law_at(model, cracks, k, time)
-         growing%tips(k)%branching = branching_t()
+         law = growing%law_at(model, k, time)
+         growing%points(k)%branching = branching_t()
          if (law == 0) cycle
          rate = 0                                ! of a tip that is no longer measured
          if (cracks%tips(k)%is_measured()) rate = best_rate(values(k), cracks%tips(k))
-         growing%tips(k)%branching = criteria_of(materials(cracks%tips(k)%material_in(materials)), cracks%tips(k), &
+         growing%points(k)%branching = criteria_of(materials(cracks%tips(k)%material_in(materials)), cracks%tips(k), &
                                                  model%growth(law), growing%advance_of(model, cracks, k), rate)
          if (.not. cracks%tips(k)%is_measured()) cycle
          do i = 1, 2
-            why = why_it_may_branch(growing%tips(k)%branching, by_energy=i == 1)
-            if (why /= '') call note_tip(k, why//' and at t = '//three_digits(time)//' s; here it stays one', message)
+            why = why_it_may_branch(growing%points(k)%branching, by_energy=i == 1)
+            if (why /= '') call warn_once(k, why//' and at t = '//three_digits(time)//' s; here it stays one', message)
          end do
       end do
    end subroutine note_branching
@@ -534,19 +557,19 @@ contains
    subroutine add_points(self, like)
       class(growing_t), intent(inout) :: self
       integer, intent(in) :: like(:)             !! the number of the other, of each
-      type(growing_tip_t), allocatable :: tips(:)
+      type(growing_point_t), allocatable :: points(:)
       integer :: k, n
-      n = size(self%tips)
-      allocate (tips(n + size(like)))
-      tips(:n) = self%tips
+      n = size(self%points)
+      allocate (points(n + size(like)))
+      points(:n) = self%points
       do k = 1, size(like)
-         tips(n + k) = self%tips(like(k))
+         points(n + k) = self%points(like(k))
       end do
-      call move_alloc(tips, self%tips)
+      call move_alloc(points, self%points)
       if (.not. self%is_cyclic) return
       associate (fatigue => self%fatigue)
          fatigue%law = [fatigue%law, fatigue%law(like)]
-         fatigue%owed = [fatigue%owed, fatigue%owed(like)]
+         fatigue%advance_deficit = [fatigue%advance_deficit, fatigue%advance_deficit(like)]
          fatigue%zone = [fatigue%zone, fatigue%zone(like)]
          fatigue%at = reshape([fatigue%at, fatigue%at(:, :, like)], [shape(fatigue%at(:, :, 1)), size(fatigue%law)])
       end associate
@@ -558,11 +581,16 @@ contains
       class(archive_t), intent(inout) :: archive
       integer :: n, k
       if (.not. growing%are_there()) return
-      n = size(growing%tips)
+      n = size(growing%points)
       call archive%section('growth')
       call archive%serialise('points', n)
       if (archive%failure%failed()) return
-      if (n > size(growing%tips)) call growing%add_points(spread(size(growing%tips), 1, n - size(growing%tips)))
+      if (archive%is_read .and. allocated(growing%planes)) then
+         deallocate (growing%points)
+         allocate (growing%points(n))
+      else if (n > size(growing%points)) then
+         call growing%add_points(spread(size(growing%points), 1, n - size(growing%points)))
+      end if
       call archive%serialise('load_factor', growing%load_factor)
       call archive%serialise('work', growing%work)
       if (growing%is_static) call archive_load_state(growing%loads, archive)
@@ -573,41 +601,51 @@ contains
       call archive%serialise('onset_crack', growing%onset_crack)
       call archive%serialise('onset_length', growing%onset_length)
       call archive%serialise('onset_released', growing%onset_released)
+      call archive%serialise('searched', growing%searched)
       call archive%serialise('integral', growing%integral)
       call archive%serialise('pieces', growing%pieces)
       call archive%serialise('separated', growing%separated)
       call archive%serialise('is_adrift', growing%is_adrift)
-      if (allocated(growing%planes)) call archive_planes(growing%planes, growing%fronts, archive)
-      call archive%archive_logicals('has_stopped', n, growing%tips%has_stopped)
-      call archive%archive_logicals('has_ended', n, growing%tips%has_ended)
-      call archive%archive_logicals('is_loose', n, growing%tips%is_loose)
-      call archive%archive_logicals('is_running', n, growing%tips%is_running)
-      call archive%archive_logicals('has_no_room', n, growing%tips%has_no_room)
-      call archive%archive_reals('rate', n, growing%tips%rate)
-      call archive%archive_reals('kink', n, growing%tips%kink)
-      call archive%archive_reals('extension', n, growing%tips%extension)
-      call archive%archive_reals('width', n, growing%tips%width)
-      call archive%archive_reals('shear', n, growing%tips%shear)
-      call archive%archive_reals('speed', n, growing%tips%speed)
-      call archive%archive_reals('felt', n, growing%tips%felt)
-      call archive%archive_reals('excess', n, growing%tips%excess)
-      call archive%archive_reals('share', n, growing%tips%share)
-      call archive%archive_reals('work_of_points', n, growing%tips%work)
-      call archive%archive_reals('ahead', n, growing%tips%ahead)
-      call archive%archive_reals('memory', n, growing%tips%memory)
-      call archive%archive_reals('fall', n, growing%tips%fall)
-      call archive%archive_reals('reserve', n, growing%tips%reserve)
-      call archive%archive_reals('last_turn', n, growing%tips%last_turn)
-      call archive%archive_reals('room', n, growing%tips%room)
-      call archive%archive_reals('booked', n, growing%tips%booked)
-      call archive%archive_reals('onset', n, growing%tips%onset)
-      call archive%archive_reals('last_motion', n, growing%tips%last_motion)
+      if (allocated(growing%planes)) then
+         call archive_planes(growing%planes, archive)
+         call archive%archive_logicals('grows', n, growing%points%grows)
+         call archive%archive_logicals('is_closed', n, growing%points%is_closed)
+         call archive%archive_integers('crack', n, growing%points%crack)
+         call archive%archive_integers('front', n, growing%points%front)
+         do k = 1, ndim
+            call archive%archive_reals('place_'//to_text(k), n, growing%points%place(k))
+         end do
+      end if
+      call archive%archive_logicals('has_stopped', n, growing%points%has_stopped)
+      call archive%archive_logicals('has_ended', n, growing%points%has_ended)
+      call archive%archive_logicals('is_loose', n, growing%points%is_loose)
+      call archive%archive_logicals('is_running', n, growing%points%is_running)
+      call archive%archive_logicals('has_no_room', n, growing%points%has_no_room)
+      call archive%archive_reals('rate', n, growing%points%rate)
+      call archive%archive_reals('kink', n, growing%points%kink)
+      call archive%archive_reals('extension', n, growing%points%extension)
+      call archive%archive_reals('width', n, growing%points%width)
+      call archive%archive_reals('shear', n, growing%points%shear)
+      call archive%archive_reals('speed', n, growing%points%speed)
+      call archive%archive_reals('lagged_speed', n, growing%points%lagged_speed)
+      call archive%archive_reals('excess', n, growing%points%excess)
+      call archive%archive_reals('share', n, growing%points%share)
+      call archive%archive_reals('work_of_points', n, growing%points%work)
+      call archive%archive_reals('ahead', n, growing%points%ahead)
+      call archive%archive_reals('memory', n, growing%points%memory)
+      call archive%archive_reals('fall', n, growing%points%fall)
+      call archive%archive_reals('reserve', n, growing%points%reserve)
+      call archive%archive_reals('last_turn', n, growing%points%last_turn)
+      call archive%archive_reals('room', n, growing%points%room)
+      call archive%archive_reals('booked', n, growing%points%booked)
+      call archive%archive_reals('onset', n, growing%points%onset)
+      call archive%archive_reals('last_motion', n, growing%points%last_motion)
       do k = 1, modes
-         call archive%archive_reals('sum_of_k_'//to_text(k), n, growing%tips%sum_of_k(k))
+         call archive%archive_reals('sum_of_k_'//to_text(k), n, growing%points%sum_of_k(k))
       end do
-      call archive%archive_integers('looks', n, growing%tips%looks)
-      call archive%archive_integers('law', n, growing%tips%law)
-      call archive%archive_reals('faded', n, growing%tips%faded)
-      call archive%archive_integers('next_of_path', n, growing%tips%next_of_path)
+      call archive%archive_integers('n_k_samples', n, growing%points%n_k_samples)
+      call archive%archive_integers('law', n, growing%points%law)
+      call archive%archive_reals('unloading_length', n, growing%points%unloading_length)
+      call archive%archive_integers('next_of_path', n, growing%points%next_of_path)
    end subroutine archive_growing
 end module hampm_growing

@@ -263,11 +263,11 @@ contains
       real(dp), parameter :: least = 0.5_dp      ! of the least radius elsewhere: a cell
       associate (tip => cracks%tips(number))
          if (tip%has_ended .or. .not. cracks%crack(tip%crack)%is_through(tip%end)) return
-         growing%tips(number)%room = min(room_for(model, cracks, tip%crack, tip%place), room_of_material(model, tip))
+         growing%points(number)%room = min(room_for(model, cracks, tip%crack, tip%place), room_of_material(model, tip))
          call growing%fit_radii(number, least*least_radius(model), tip)
-         tip%has_no_domain = growing%tips(number)%room < least*least_radius(model)*(1 - 1e-9_dp)
-         if (tip%has_no_domain) call growing%note_tip(number, 'is nearer than one of the finest cells to where its crack ends: '// &
-                                                      'its G, J and K are not numbers from there on', message)
+         tip%has_no_domain = growing%points(number)%room < least*least_radius(model)*(1 - 1e-9_dp)
+         if (tip%has_no_domain) call growing%warn_once(number, 'is nearer than one of the finest cells to where its crack '// &
+                                                       'ends: its G, J and K are not numbers from there on', message)
       end associate
    end subroutine shrink_domains
 
@@ -279,10 +279,10 @@ contains
       logical, intent(out) :: is_new
       integer :: k
       is_new = .false.
-      do k = 1, size(growing%tips)
-         if (.not. growing%tips(k)%has_ended .or. growing%tips(k)%is_loose) cycle
-         growing%tips(k)%is_loose = .not. holds_on(interfaces, k)
-         is_new = is_new .or. growing%tips(k)%is_loose
+      do k = 1, size(growing%points)
+         if (.not. growing%points(k)%has_ended .or. growing%points(k)%is_loose) cycle
+         growing%points(k)%is_loose = .not. holds_on(interfaces, k)
+         is_new = is_new .or. growing%points(k)%is_loose
       end do
    end subroutine find_loose_tips
 
@@ -304,18 +304,18 @@ contains
                   if (is_tip_at(model, x, away_from_cracks(cracks, tip%crack, x))) cycle
                end associate
                call plan_end(model, cracks, k)
-               growing%tips(k)%has_no_room = .true.
+               growing%points(k)%has_no_room = .true.
             end if
-            if (growing%tips(k)%has_ended .or. .not. tip%has_ended) cycle
-            growing%tips(k)%has_ended = .true.
+            if (growing%points(k)%has_ended .or. .not. tip%has_ended) cycle
+            growing%points(k)%has_ended = .true.
             growing%has_new_end = .true.
-            growing%tips(k)%has_stopped = .true.
+            growing%points(k)%has_stopped = .true.
             tip%speed = 0
             if (runs) then
-               call growing%note_tip(k, 'has run through to '//what_is_there(tip%crack, tip%place)//': its crack ends there, '// &
+               call growing%warn_once(k, 'has run through to '//what_is_there(tip%crack, tip%place)//': its crack ends there, '// &
                                      'at '//shown(tip%place), message)
             else
-               call growing%note_tip(k, 'has ended: another crack has come to it', message)
+               call growing%warn_once(k, 'has ended: another crack has come to it', message)
             end if
          end associate
       end do

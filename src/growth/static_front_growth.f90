@@ -14,7 +14,7 @@ module hampm_static_front_growth
    use hampm_tensors, only: norm
    use hampm_crack_placement, only: body_at, finest_cell, distance_to_loads, least_radius
    use hampm_cracks, only: cracks_t
-   use hampm_fatigue, only: ways_of
+   use hampm_fatigue, only: advances_of
    use hampm_front, only: front_t, region_t
    use hampm_front_values, only: front_values_t, part_along, between_hats, parts_of, place_hats
    use hampm_growing, only: growing_t, next_t
@@ -55,16 +55,16 @@ contains
       logical, intent(out) :: have_moved
       character(:), allocatable, intent(inout) :: message
       type(cracks_t) :: before_it
-      real(dp) :: way(size(growing%tips))
+      real(dp) :: way(size(growing%points))
       real(dp), allocatable :: of_nodes(:)
       logical :: meets_itself
       integer, allocatable :: have_met(:), of_crack(:)
       integer :: c, f, i, n, before
-      call find_ways(growing, model, next, fronts, way, message)
+      call find_advances(growing, model, next, fronts, way, message)
       have_moved = any(way > 0)
-      growing%tips%advance = 0
+      growing%points%advance = 0
       if (.not. have_moved) return
-      call note_ways(growing, fronts, way)
+      call record_advances(growing, fronts, way)
       do c = 1, size(cracks%regions)
          before = 0
          of_nodes = [real(dp) ::]
@@ -102,7 +102,7 @@ contains
       do f = size(fronts) + 1, size(cracks%fronts)
          call place_points(growing, cracks%fronts(f))
       end do
-      have_moved = any(growing%tips%advance > 0)
+      have_moved = any(growing%points%advance > 0)
 
    contains
 
@@ -151,7 +151,7 @@ contains
       !> Points of a front.
       pure function are_of(number) result(are)
          integer, intent(in) :: number
-         logical :: are(size(growing%tips))
+         logical :: are(size(growing%points))
          integer :: f
          are = [(spread(f == number, 1, size(fronts(f)%arc)), f=1, size(fronts))]
       end function are_of
@@ -161,8 +161,8 @@ contains
          character(*), intent(in) :: why
          do i = 1, size(of_crack)
             where (are_of(of_crack(i)))
-               growing%tips%has_stopped = .true.
-               growing%tips%advance = 0
+               growing%points%has_stopped = .true.
+               growing%points%advance = 0
             end where
             if (cracks%fronts(of_crack(i))%n() > 0) call tell(name_of(of_crack(i))//' no longer grows: '//why)
          end do
@@ -175,8 +175,8 @@ contains
          do i = 1, size(of_crack)
             if (cracks%fronts(of_crack(i))%n() > 0 .or. before_it%fronts(of_crack(i))%n() == 0) cycle
             where (are_of(of_crack(i)))
-               growing%tips%has_stopped = .true.
-               growing%tips%has_ended = .true.
+               growing%points%has_stopped = .true.
+               growing%points%has_ended = .true.
             end where
             if (have_met(i) == a_wall) then
                call tell(name_of(of_crack(i))//' has come to holes with all of its length, and has ended')
@@ -197,21 +197,21 @@ contains
       type(growing_t), intent(inout) :: growing
       type(front_t), intent(in) :: front
       type(front_values_t) :: values
-      real(dp) :: away(size(growing%tips))       ! [m]
+      real(dp) :: away(size(growing%points))       ! [m]
       integer, allocatable :: like(:)
       integer :: before, j, k
       call place_hats(front, .true., 0, values)
       before = size(away)
       allocate (like(size(values%arc)))
       do j = 1, size(like)
-         away = [(norm(growing%tips(k)%place - values%at(:, j)), k=1, before)]
+         away = [(norm(growing%points(k)%place - values%at(:, j)), k=1, before)]
          like(j) = minloc(away, dim=1)
       end do
       call growing%add_points(like)
       do j = 1, size(like)
-         growing%tips(before + j)%place = values%at(:, j)
+         growing%points(before + j)%place = values%at(:, j)
       end do
-      growing%tips(before + 1:)%width = 0
+      growing%points(before + 1:)%width = 0
    end subroutine place_points
 
    !> Move nodes beyond a side if they would be too near to it for cells to resolve the rest, or too near to the wall of a hole that
@@ -259,7 +259,7 @@ contains
    end subroutine reach_sides
 
    !> Find the way of each point in the next load step [m].
-   subroutine find_ways(growing, model, next, fronts, way, message)
+   subroutine find_advances(growing, model, next, fronts, way, message)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
       type(next_t), intent(in) :: next(:)        !! of all points
@@ -269,8 +269,8 @@ contains
       real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
       integer, parameter :: turns = 50
       type(fall_t) :: fall(size(fronts))
-      real(dp), dimension(size(growing%tips)) :: ratio, increment
-      logical :: grows(size(growing%tips))
+      real(dp), dimension(size(growing%points)) :: ratio, increment
+      logical :: grows(size(growing%points))
       real(dp) :: low, high
       integer :: f, k
       k = 0
@@ -280,7 +280,7 @@ contains
       end do
       grows = [(growing%is_growing(k), k=1, size(way))]
       if (growing%is_cyclic) then
-         way = ways_of(growing%fatigue, model, grows, 0*way)
+         way = advances_of(growing%fatigue, model, grows, 0*way)
          do f = 1, size(fronts)
             call slow_down(fall(f))
          end do
@@ -290,40 +290,40 @@ contains
       where (grows .and. next%hindrance == 0) ratio = next%rate/next%toughness
       way = 0
       high = maxval(ratio)
-      k = findloc(grows .and. next%hindrance > 0 .and. next%rate > merge(reached*next%toughness, 0*ratio, growing%waits), .true., &
-                  dim=1)
+      k = findloc(grows .and. next%hindrance > 0 .and. next%rate > merge(reached*next%toughness, 0*ratio, growing%hold_still), &
+                  .true., dim=1)
       if (.not. high > nothing .and. k > 0) then
-         call growing%note_wait(k, next(k)%hindrance, message)
+         call growing%warn_of_waiting(k, next(k)%hindrance, message)
       else if (growing%have_no_load .and. high < reached) then
-         call growing%note_wait(1, 0, message)
+         call growing%warn_of_waiting(1, 0, message)
       end if
-      if (.not. high > nothing .or. (growing%waits .or. growing%have_no_load) .and. high < reached) return
+      if (.not. high > nothing .or. (growing%hold_still .or. growing%have_no_load) .and. high < reached) return
       increment = huge(low)
-      where (grows) increment = growing%part*model%growth(max(1, growing%tips%law))%increment
+      where (grows) increment = growing%part*model%growth(max(1, growing%points%law))%increment
       low = 0
       do k = 1, turns
-         way = ways_with((low + high)/2)
+         way = advances_with((low + high)/2)
          if (any(way > increment)) then
             low = (low + high)/2
          else
             high = (low + high)/2
          end if
       end do
-      way = ways_with(high)
+      way = advances_with(high)
 
    contains
 
       !> The least ways with which no ratio is more than that.
-      function ways_with(most) result(way)
+      function advances_with(most) result(way)
          real(dp), intent(in) :: most
          real(dp) :: way(size(ratio))
          integer :: f
          do f = 1, size(fall)
             associate (first => fall(f)%before + 1, last => fall(f)%before + size(fall(f)%of, 1))
-               way(first:last) = least_ways(fall(f), 1 - most/max(ratio(first:last), nothing))
+               way(first:last) = least_advances(fall(f), 1 - most/max(ratio(first:last), nothing))
             end associate
          end do
-      end function ways_with
+      end function advances_with
 
       !> Take for the ways in cycles the rates that points will have with them, K**m.
       subroutine slow_down(fall)
@@ -332,7 +332,7 @@ contains
          integer :: i, info
          associate (to => way(fall%before + 1:fall%before + size(right)))
             if (.not. any(to > 0)) return
-            exponent = value_of(model%growth(growing%tips(fall%before + 1)%law)%constants, 'rate_exponent', 0.0_dp)/2
+            exponent = value_of(model%growth(growing%points(fall%before + 1)%law)%constants, 'rate_exponent', 0.0_dp)/2
             matrix = exponent*spread(fall%part, 2, size(right))*fall%of
             right = fall%part
             do i = 1, size(right)
@@ -349,11 +349,11 @@ contains
             if (info == 0) to = right
          end associate
       end subroutine slow_down
-   end subroutine find_ways
+   end subroutine find_advances
 
    !> The least w >= 0 with A w >= g, equal where w > 0: A has no positive elements off its diagonal, so that points are released or
    !> held from iteration to iteration.
-   pure function least_ways(fall, g) result(w)
+   pure function least_advances(fall, g) result(w)
       type(fall_t), intent(in) :: fall
       real(dp), intent(in) :: g(:)
       real(dp) :: w(size(g)), matrix(size(g), size(g))
@@ -376,7 +376,7 @@ contains
          if (all(moves .eqv. before)) exit
       end do
       w = max(w, 0.0_dp)
-   end function least_ways
+   end function least_advances
 
    !> A of a front for advances that are cosine sums. An open front is continued by its mirror image.
    pure function fall_of(front) result(a)
@@ -399,20 +399,20 @@ contains
    end function fall_of
 
    !> Record the advances of all points, and their new places.
-   pure subroutine note_ways(growing, fronts, way)
+   pure subroutine record_advances(growing, fronts, way)
       type(growing_t), intent(inout) :: growing
       type(front_values_t), intent(in) :: fronts(:)
       real(dp), intent(in) :: way(:)             !! [m]
       integer :: f, j, k
-      growing%tips%advance = way
+      growing%points%advance = way
       k = 0
       do f = 1, size(fronts)
          do j = 1, size(fronts(f)%arc)
             k = k + 1
-            growing%tips(k)%place = fronts(f)%at(:, j) + way(k)*fronts(f)%outward(:, j)
+            growing%points(k)%place = fronts(f)%at(:, j) + way(k)*fronts(f)%outward(:, j)
          end do
       end do
-   end subroutine note_ways
+   end subroutine record_advances
 
    !> Values of hat functions at the new places of the points.
    pure function at_points(growing, fronts, values) result(at)
@@ -471,7 +471,7 @@ contains
       real(dp) :: places(ndim, n)
       integer :: j
       do j = 1, n
-         places(:, j) = growing%tips(before + j)%place
+         places(:, j) = growing%points(before + j)%place
       end do
    end function places_of
 
@@ -486,10 +486,10 @@ contains
       integer :: first, last
       last = sum([(size(fronts(first)%arc), first=1, number)])
       first = last - size(fronts(number)%arc) + 1
-      if (.not. growing%tips(first)%grows) return
+      if (.not. growing%points(first)%grows) return
       call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', &
                           cracks%regions(fronts(number)%domain%front%crack)%cracked_area())
-      call history%record_along_front('extension', 'm', 'way that the front has grown there', growing%tips(first:last)%extension)
+      call history%record_along_front('extension', 'm', 'way that the front has grown there', growing%points(first:last)%extension)
       if (growing%is_cyclic) return
       call history%record_along_front('toughness', 'J/m2', 'energy release rate at which the front grows there', &
                                       next(first:last)%toughness)

@@ -6,7 +6,7 @@ module hampm_static_growth
    use hampm_crack_placement, only: least_radius
    use hampm_crack_tip, only: crack_tip_t
    use hampm_failure, only: failure_t
-   use hampm_fatigue, only: ways_of
+   use hampm_fatigue, only: advances_of
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t, next_t, fitting
    use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_of_tip, why_no_room, find_end, &
@@ -22,7 +22,7 @@ module hampm_static_growth
    implicit none
    private
    public :: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, has_held_drive, &
-             has_scaled_drive, book_work, look_at_frame
+             has_scaled_drive, book_work, measure_load_frame
 
 
    real(dp), parameter :: to_and_fro = 0.2_dp    !! kinks in turn to both sides that are too large [rad]
@@ -45,48 +45,48 @@ contains
       real(dp), dimension(size(values)) :: least !! way of a tip that turns [m]
       real(dp), dimension(size(values)) :: wanted !! way of each tip [m]
       integer :: k, have_stopped
-      growing%tips%advance = 0
+      growing%points%advance = 0
       least = 0
       wanted = 0
       do k = 1, size(values)
          associate (tip => cracks%tips(k))
             ratios(k) = -1
             if (.not. growing%is_growing(k)) cycle
-            associate (law => model%growth(growing%tips(k)%law))
+            associate (law => model%growth(growing%points(k)%law))
                if (law%only_largest .and. next(k)%hindrance == 0) ratios(k) = next(k)%rate/next(k)%toughness
                wanted(k) = law%increment
                least(k) = least_radius(model)*merge(0.01_dp, 1.0_dp, law%direction == 'straight')
             end associate
          end associate
       end do
-      if (growing%is_cyclic) wanted = ways_of(growing%fatigue, model, [(growing%is_growing(k), k=1, size(values))], least)
+      if (growing%is_cyclic) wanted = advances_of(growing%fatigue, model, [(growing%is_growing(k), k=1, size(values))], least)
       do
-         have_stopped = count(growing%tips%has_stopped .and. .not. growing%tips%advance > 0)
+         have_stopped = count(growing%points%has_stopped .and. .not. growing%points%advance > 0)
          do k = 1, size(values)
-            if (growing%is_growing(k) .and. .not. growing%tips(k)%advance > 0) call advance_where_due(k)
+            if (growing%is_growing(k) .and. .not. growing%points(k)%advance > 0) call advance_where_due(k)
          end do
-         if (count(growing%tips%has_stopped .and. .not. growing%tips%advance > 0) == have_stopped) exit ! else the leader may change
+         if (count(growing%points%has_stopped .and. .not. growing%points%advance > 0) == have_stopped) exit ! or another leads
       end do
-      have_moved = any(growing%tips%advance > 0)
+      have_moved = any(growing%points%advance > 0)
    contains
       !> Advance a tip if it is its turn and something opens it.
       subroutine advance_where_due(k)
          integer, intent(in) :: k
-         associate (law => model%growth(growing%tips(k)%law), tip => cracks%tips(k))
+         associate (law => model%growth(growing%points(k)%law), tip => cracks%tips(k))
             if (.not. wanted(k) > 0) return
-            if (growing%waits .and. next(k)%rate < reached*next(k)%toughness) return
+            if (growing%hold_still .and. next(k)%rate < reached*next(k)%toughness) return
             if (next(k)%hindrance > 0) then
                if (values(k)%is_closed .or. norm(values(k)%intensity) > 0 .or. any(abs(values(k)%j) > 0)) & ! else no load yet
-                  call growing%note_wait(k, next(k)%hindrance, message)
+                  call growing%warn_of_waiting(k, next(k)%hindrance, message)
                return
             end if
             if (growing%have_no_load .and. next(k)%rate < reached*next(k)%toughness) then
-               call growing%note_wait(k, 0, message)
+               call growing%warn_of_waiting(k, 0, message)
                return
             end if
             if (.not. next(k)%rate > nothing*next(k)%toughness) return ! there is no load yet
             if (law%only_largest) then
-               if (k /= first_of_largest(ratios, growing%tips%advance > 0 .or. .not. growing%tips%has_stopped)) return
+               if (k /= first_of_largest(ratios, growing%points%advance > 0 .or. .not. growing%points%has_stopped)) return
             end if
             call try_to_advance(k)
          end associate
@@ -99,7 +99,7 @@ contains
          character(:), allocatable :: why
          real(dp) :: angle, most, length, to(ndim), way(ndim)
          logical :: runs_through
-         associate (law => model%growth(growing%tips(k)%law), tip => cracks%tips(k))
+         associate (law => model%growth(growing%points(k)%law), tip => cracks%tips(k))
             length = max(part_of_increment(attempts(k))*growing%part*wanted(k), min(wanted(k), least(k)))
             if (law%direction == 'straight') length = growing%part*wanted(k) ! no kink is in the way of a domain integral
             if (law%max_length > 0 .and. cracks%crack(tip%crack)%length() + length > law%max_length*(1 + 1e-9_dp)) then
@@ -108,13 +108,13 @@ contains
             end if
             angle = next(k)%kink
             before = cracks%crack(tip%crack)%points
-            if (angle*growing%tips(k)%kink < 0 .and. min(abs(angle), abs(growing%tips(k)%kink)) > to_and_fro .and. &
+            if (angle*growing%points(k)%kink < 0 .and. min(abs(angle), abs(growing%points(k)%kink)) > to_and_fro .and. &
                 .not. law%factors%of_angle%is_there()) & ! along weak planes it does
-               call growing%note_tip(k, &
+               call growing%warn_once(k, &
                'turns to and fro: by '//three_digits(180/acos(-1.0_dp)*abs(angle))//' degrees where it was seen first: its '// &
                'increments are too long for its direction. Take shorter ones, or direction = ''local_symmetry''', message)
-            growing%tips(k)%kink = angle
-            if (law%direction == 'local_symmetry') growing%tips(k)%slope = slope_of_mixity(angle, values(k)%intensity)
+            growing%points(k)%kink = angle
+            if (law%direction == 'local_symmetry') growing%points(k)%slope = slope_of_mixity(angle, values(k)%intensity)
             call cracks%extend(k, length, angle)
             call see_around_tips(model, cracks, tip%crack)
             most = room_of_tip(model, cracks, tip)
@@ -131,15 +131,15 @@ contains
                         cracks%crack(tip%crack)%length() + norm(way) > law%max_length*(1 + 1e-9_dp)) then
                   call growing%stop_tip(k, 'the crack has its max_length', message)
                else
-                  growing%tips(k)%advance = norm(way)
+                  growing%points(k)%advance = norm(way)
                   call cracks%extend(k, norm(way), atan2(way(2), way(1)))
                   call plan_end(model, cracks, k)
                   call end_tips(growing, model, cracks, message)
                end if
                return
             end if
-            call fit_domains(model, growing%tips(k)%usual_radii, most, tip)
-            growing%tips(k)%advance = length
+            call fit_domains(model, growing%points(k)%usual_radii, most, tip)
+            growing%points(k)%advance = length
          end associate
       end subroutine try_to_advance
    end subroutine advance_tips
@@ -163,10 +163,10 @@ contains
       integer :: k
       does_turn = .false.
       do k = 1, size(does_turn)
-         if (growing%tips(k)%grows .and. growing%tips(k)%advance > 0 .and. .not. cracks%tips(k)%has_ended) &
-            does_turn(k) = model%growth(growing%tips(k)%law)%direction == 'local_symmetry'
+         if (growing%points(k)%grows .and. growing%points(k)%advance > 0 .and. .not. cracks%tips(k)%has_ended) &
+            does_turn(k) = model%growth(growing%points(k)%law)%direction == 'local_symmetry'
       end do
-      call begin_turns(turns, pack([(k, k=1, size(does_turn))], does_turn), pack(growing%tips(:size(does_turn))%slope, does_turn))
+      call begin_turns(turns, pack([(k, k=1, size(does_turn))], does_turn), pack(growing%points(:size(does_turn))%slope, does_turn))
    end subroutine begin_to_turn
 
    !> How much K_II tips have: atan2(K_II, K_I) [rad].
@@ -195,7 +195,7 @@ contains
             call see_around_tips(model, cracks, of%crack)
             most = room_of_tip(model, cracks, of)
             if (most < least_radius(model)*(1 - 1e-9_dp)) is_in_the_way = tip(k)
-            call fit_domains(model, growing%tips(tip(k))%usual_radii, max(most, least_radius(model)), of)
+            call fit_domains(model, growing%points(tip(k))%usual_radii, max(most, least_radius(model)), of)
          end associate
       end do
    end subroutine turn_tips
@@ -230,22 +230,22 @@ contains
          associate (tip => turns%tip(k))
             if (may_be_shorter(k)) then
                attempts(tip) = attempts(tip) + 1
-               call growing%note_tip(tip, 'has advanced by less than its increment in one load step at least, as by that it '// &
+               call growing%warn_once(tip, 'has advanced by less than its increment in one load step at least, as by that it '// &
                                      'has K_II in any direction', message)
             else if (abs(turns%mixity(k)) <= small) then
-               call growing%note_tip(tip, 'has K_II in any direction in one load step at least: where it was seen first, '// &
+               call growing%warn_once(tip, 'has K_II in any direction in one load step at least: where it was seen first, '// &
                                      part_of_two(k)//'. In finer cells there may be less', message)
             else
-               call growing%stop_tip(tip, 'by '//length_text(growing%tips(tip)%advance)//' m, two of the finest cells, it has '// &
-                                     'K_II in any direction: '//part_of_two(k)//'. In finer cells increments may be smaller', &
+               call growing%stop_tip(tip, 'by '//length_text(growing%points(tip)%advance)//' m, two of the finest cells, it '// &
+                                     'has K_II in any direction: '//part_of_two(k)//'. In finer cells increments may be smaller', &
                                      message)
             end if
          end associate
       end do
       if (is_over) return
       where (cracks%tips%has_ended .and. .not. before%tips%has_ended)
-         growing%tips%has_stopped = .false.
-         growing%tips%has_ended = .false.
+         growing%points%has_stopped = .false.
+         growing%points%has_ended = .false.
       end where
       cracks = before
       call see_around_tips(model, cracks)
@@ -253,7 +253,7 @@ contains
       !> Whether the k-th tip has advanced by more than the least.
       pure logical function may_be_shorter(k)
          integer, intent(in) :: k
-         may_be_shorter = growing%tips(turns%tip(k))%advance > least_radius(model)*(1 + 1e-9_dp)
+         may_be_shorter = growing%points(turns%tip(k))%advance > least_radius(model)*(1 + 1e-9_dp)
       end function may_be_shorter
 
       !> The K_II that the k-th tip has at best, in words.
@@ -312,7 +312,7 @@ contains
    end subroutine book_work
 
    !> Find the load of a load frame and its displacement.
-   subroutine look_at_frame(growing, m, stiffness, failure)
+   subroutine measure_load_frame(growing, m, stiffness, failure)
       type(growing_t), intent(inout) :: growing
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: stiffness          !! of the frame, 0: rigid [N/m]
@@ -320,13 +320,13 @@ contains
       type(load_state_t) :: now
       if (failure%failed()) return
       growing%load = 0
-      growing%way = growing%controlled
-      growing%frame_way = growing%controlled
+      growing%displacement = growing%controlled
+      growing%frame_displacement = growing%controlled
       if (growing%is_adrift) return
       call find_load_state(m, now, failure)
       if (failure%failed()) return
-      call find_frame(m, now, growing%load_factor, growing%load, growing%way)
-      growing%frame_way = growing%way
-      if (stiffness > 0) growing%frame_way = growing%way + growing%load/stiffness
-   end subroutine look_at_frame
+      call find_frame(m, now, growing%load_factor, growing%load, growing%displacement)
+      growing%frame_displacement = growing%displacement
+      if (stiffness > 0) growing%frame_displacement = growing%displacement + growing%load/stiffness
+   end subroutine measure_load_frame
 end module hampm_static_growth

@@ -23,7 +23,7 @@ module hampm_measurements
    use hampm_static_front_growth, only: record_points
    use hampm_static_growth, only: has_held_drive
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
-   use hampm_dynamic_front_growth, only: record_plane
+   use hampm_growing_planes, only: record_plane
    use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, &
                                  record_front, mean_rate
    use hampm_history, only: history_t

@@ -3,7 +3,7 @@
 module hampm_nucleation
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: length_of
-   use hampm_crack_placement, only: body_at, least_radius
+   use hampm_crack_placement, only: least_radius
    use hampm_failure, only: failure_t, exit_computation
    use hampm_growing, only: fitting
    use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_of_tip
@@ -21,7 +21,7 @@ module hampm_nucleation
    use hampm_text, only: to_text
    implicit none
    private
-   public :: find_onset, let_appear, book_onset
+   public :: find_onset, insert_crack, book_onset
 
    !> Data of a crack that has not appeared.
    type :: candidate_t
@@ -56,7 +56,7 @@ contains
       if (.not. any_grows) load = never
       do k = 1, size(s%model%nucleations)
          if (.not. s%cracks%crack(s%model%nucleations(k)%path)%waits) cycle
-         call look_without(s, k, loads, before, of, failure)
+         call measure_without(s, k, loads, before, of, failure)
          call try_lengths(s, k, loads, before, load, of, failure)
          if (failure%failed()) return
          if (of%tried == 0) cycle
@@ -74,7 +74,7 @@ contains
    end subroutine find_onset
 
    !> Without the k-th crack that may appear: energies, and the load factors that the stress along it asks for.
-   subroutine look_without(s, k, loads, energy, of, failure)
+   subroutine measure_without(s, k, loads, energy, of, failure)
       type(simulation_t), intent(inout) :: s
       integer, intent(in) :: k
       real(dp), intent(in) :: loads(:)           !! factors that are tried [-]
@@ -123,7 +123,7 @@ contains
          part = stress(:, 1)/loads(1)
          if (size(loads) > 1) part = (stress(:, 1) - stress(:, 2))/(loads(1) - loads(2))
       end function scaled_part
-   end subroutine look_without
+   end subroutine measure_without
 
    !> Find the stress across a crack that is not there.
    subroutine find_stress(s, points, part, stress)
@@ -217,7 +217,7 @@ contains
    end subroutine open_crack
 
    !> Let the crack be there whose turn it is, before cells are cut.
-   subroutine let_appear(s)
+   subroutine insert_crack(s)
       type(simulation_t), intent(inout) :: s
       integer :: k, path
       path = s%growing%onset_crack
@@ -226,8 +226,8 @@ contains
       do k = 1, size(s%cracks%tips)
          associate (tip => s%cracks%tips(k))
             if (tip%crack /= path) cycle
-            s%growing%tips(k)%has_ended = .false.
-            s%growing%tips(k)%has_stopped = .false.
+            s%growing%points(k)%has_ended = .false.
+            s%growing%points(k)%has_stopped = .false.
             if (.not. any(s%model%energy_release%chosen%needs_radii)) cycle
             associate (room => room_of_tip(s%model, s%cracks, tip))
                tip%has_no_domain = room < least_radius(s%model)*(1 - 1e-9_dp)
@@ -235,13 +235,13 @@ contains
                                                                          room_of_material(s%model, tip)))
                call see_surroundings(s%model, tip)
                if (.not. tip%has_no_domain) cycle
-               s%growing%tips(k)%has_stopped = .true.
-               call s%growing%note_tip(k, 'has appeared where no radius of two of the finest cells fits: its G, J and K are '// &
+               s%growing%points(k)%has_stopped = .true.
+               call s%growing%warn_once(k, 'has appeared where no radius of two of the finest cells fits: its G, J and K are '// &
                                        'not numbers, and it does not grow. Take smaller cells', s%warning)
             end associate
          end associate
       end do
-   end subroutine let_appear
+   end subroutine insert_crack
 
    !> Book the energy released by a new crack at the last load: dissipated by its faces, also what would become motion.
    subroutine book_onset(s, stored, failure)

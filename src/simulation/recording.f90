@@ -9,7 +9,7 @@ module hampm_recording
    use hampm_front_values, only: front_fields
    use hampm_folders, only: ensure_folder
    use hampm_growing, only: note_branching
-   use hampm_dynamic_growth, only: book_rate
+   use hampm_growth_points, only: book_rate
    use hampm_run_time_checks, only: check_state, check_tip, check_faces, check_modes, check_normals, check_rest
    use hampm_measurements, only: take_row, declare_columns, energy_residual, measure_tips, has_measured_tips, have_errors, &
                                   follow_rows
@@ -296,8 +296,8 @@ contains
                call s%results%add_attribute(column, 'arrest_time', plane%last_motion, failure)
          end associate
       end do
-      do k = 1, size(s%growing%tips)
-         associate (tip => s%growing%tips(k))
+      do k = 1, size(s%growing%points)
+         associate (tip => s%growing%points(k))
             column = '/history/tip_speed'
             if (k > 1) column = column//'_tip'//to_text(k)
             if (tip%onset >= 0) call s%results%add_attribute(column, 'onset_time', tip%onset, failure)

@@ -7,12 +7,12 @@ module hampm_stopping
    use hampm_text, only: three_digits
    implicit none
    private
-   public :: look_for_end
+   public :: check_stop
 
 contains
 
    !> Note why the run ends with the present sample, if it does.
-   subroutine look_for_end(s)
+   subroutine check_stop(s)
       type(simulation_t), intent(inout) :: s
       real(dp), parameter :: rounding = 1e-9_dp
       real(dp) :: length, load
@@ -36,13 +36,13 @@ contains
          if (any(run%stop_when == 'separated') .and. s%growing%separated >= 0) &
             s%stopped_when = 'separated: a crack has parted a body'
       end associate
-   end subroutine look_for_end
+   end subroutine check_stop
 
    !> Whether some tip has grown, and all that may grow have stopped: in motion for the given time, in equilibrium for good.
    pure logical function have_arrested(s)
       type(simulation_t), intent(in) :: s
       integer :: k
-      associate (tips => s%growing%tips, now => s%problem%state%time)
+      associate (tips => s%growing%points, now => s%problem%state%time)
          if (s%growing%is_static) then
             have_arrested = all(tips%has_stopped .or. .not. tips%grows)
             return

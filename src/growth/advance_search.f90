@@ -1,13 +1,13 @@
 !> Advance by toughness in an implicit step so long that cohesive points would fail all at once: G at the end of the step is equal
 !> to the toughness. Trials of the step use the rule of false position on G of the trials before (Illinois: the value at an end that
 !> stays is halved each time). A tip does not move if G is below the toughness without any advance.
-module hampm_growth_pace
+module hampm_advance_search
    use hampm_kinds, only: dp
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t
    implicit none
    private
-   public :: pace_t, begin_pace, follow_pace
+   public :: advance_search_t, begin_search, follow_search
 
    real(dp), parameter :: close_enough = 1e-2_dp !! relative tolerance of G against the toughness
    real(dp), parameter :: same_way = 1e-3_dp     !! ways that differ by less are the same, in cells: G jumps between them
@@ -22,48 +22,48 @@ module hampm_growth_pace
    end type trials_t
 
    !> Trials in a step.
-   type :: pace_t
+   type :: advance_search_t
       type(trials_t), allocatable :: tips(:)
       integer :: trials = 0
-   end type pace_t
+   end type advance_search_t
 
 contains
 
    !> Begin a step: first tips are tried to go as fast as in the last one.
-   subroutine begin_pace(growing, dt, pace)
+   subroutine begin_search(growing, dt, search)
       type(growing_t), intent(inout) :: growing
       real(dp), intent(in) :: dt                 !! of the step [s]
-      type(pace_t), intent(out) :: pace
-      growing%tips%way = growing%tips%speed*dt
-      allocate (pace%tips(size(growing%tips)))
-   end subroutine begin_pace
+      type(advance_search_t), intent(out) :: search
+      growing%points%trial = growing%points%speed*dt
+      allocate (search%tips(size(growing%points)))
+   end subroutine begin_search
 
    !> After a trial: choose the next advances. `is_over`: none are needed.
-   subroutine follow_pace(pace, growing, cracks, dt, is_over)
-      type(pace_t), intent(inout) :: pace
+   subroutine follow_search(search, growing, cracks, dt, is_over)
+      type(advance_search_t), intent(inout) :: search
       type(growing_t), intent(inout) :: growing
       type(cracks_t), intent(in) :: cracks
       real(dp), intent(in) :: dt                 !! of the step [s]
       logical, intent(out) :: is_over
       integer :: k
-      pace%trials = pace%trials + 1
+      search%trials = search%trials + 1
       is_over = .true.
-      do k = 1, size(growing%tips)
-         if (.not. (growing%tips(k)%is_running .and. growing%is_growing(k))) cycle
-         associate (way => growing%tips(k)%speed*dt, off => growing%tips(k)%excess, cell => cracks%tips(k)%nodes%spacing)
-            call note(pace%tips(k), way, off, cell, growing%tips(k)%fall)
-            if (abs(off) <= close_enough .or. off > 0 .and. growing%tips(k)%is_held .or. off < 0 .and. .not. way > 0) cycle
-            if (pace%tips(k)%long - pace%tips(k)%short < same_way*cell) cycle
-            associate (tried => pace%tips(k))
-               growing%tips(k)%way = max(0.0_dp, way + off/growing%tips(k)%fall)
+      do k = 1, size(growing%points)
+         if (.not. (growing%points(k)%is_running .and. growing%is_growing(k))) cycle
+         associate (way => growing%points(k)%speed*dt, off => growing%points(k)%excess, cell => cracks%tips(k)%nodes%spacing)
+            call note(search%tips(k), way, off, cell, growing%points(k)%fall)
+            if (abs(off) <= close_enough .or. off > 0 .and. growing%points(k)%is_held .or. off < 0 .and. .not. way > 0) cycle
+            if (search%tips(k)%long - search%tips(k)%short < same_way*cell) cycle
+            associate (tried => search%tips(k))
+               growing%points(k)%trial = max(0.0_dp, way + off/growing%points(k)%fall)
                if (tried%short >= 0 .and. tried%long < huge(1.0_dp)) &
-                  growing%tips(k)%way = tried%short + (tried%long - tried%short)*tried%above/(tried%above + tried%below)
+                  growing%points(k)%trial = tried%short + (tried%long - tried%short)*tried%above/(tried%above + tried%below)
             end associate
             is_over = .false.
          end associate
       end do
-      is_over = is_over .or. pace%trials == most_trials
-   end subroutine follow_pace
+      is_over = is_over .or. search%trials == most_trials
+   end subroutine follow_search
 
    !> Record G of a trial advance.
    subroutine note(tried, way, off, cell, fall)
@@ -90,4 +90,4 @@ contains
       tried%last = way
       tried%of_last = off
    end subroutine note
-end module hampm_growth_pace
+end module hampm_advance_search

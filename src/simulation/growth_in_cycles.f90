@@ -1,0 +1,129 @@
+!> Growth at rest in load cycles (`hampm_fatigue`).
+module hampm_growth_in_cycles
+   use hampm_crack_tip_field, only: modes
+   use hampm_failure, only: failure_t
+   use hampm_fatigue, only: count_cycles, has_fractured, has_loads
+   use hampm_growing, only: next_t
+   use hampm_growth_at_rest, only: at_load_t, book_step, grow, has_fronts, measure_at_loads, turn_to_symmetry
+   use hampm_growth_points, only: next_of_points
+   use hampm_kinds, only: dp
+   use hampm_measurements, only: part_of_rate
+   use hampm_simulation, only: simulation_t
+   use hampm_static_front_growth, only: at_points, even_out_points
+   use hampm_symmetric_turns, only: symmetric_turns_t
+   use hampm_text, only: add_line, digits_text, three_digits
+   implicit none
+   private
+   public :: grow_in_cycles, follow_cycles, measure_cycles
+
+contains
+
+   !> Before a load step with cycles: let tips advance. Where none does, or one breaks, the run is over.
+   subroutine grow_in_cycles(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      logical :: has_grown
+      if (has_fractured(s%growing%fatigue)) then
+         s%is_over = .true.
+         s%growing%fatigue%life = s%growing%fatigue%cycles
+         call tell_fracture(s)
+         return
+      end if
+      call grow(s, failure, has_grown)
+      if (.not. (failure%failed() .or. s%is_over .or. has_grown)) then
+         s%is_over = .true.
+         call add_line(s%warning, 'the run ends before end_time, as no tip grows any more in the load cycles that follow'// &
+                       trim(merge(repeat(' ', 48), ': the loads close the crack at both ends of each', &
+                                  has_loads(s%growing%fatigue))))
+      end if
+   end subroutine grow_in_cycles
+
+   !> After a load step with cycles, when all is measured: count the cycles that tips have taken for their ways.
+   subroutine follow_cycles(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(symmetric_turns_t) :: turns
+      real(dp), allocatable :: ways(:), now(:, :, :)
+      real(dp) :: before                         ! cycles
+      real(dp) :: off                            ! part of K by which it may be [-]
+      logical :: have_arrested
+      before = s%growing%fatigue%cycles
+      call turn_to_symmetry(s, turns, failure)
+      ways = s%growing%points%advance
+      call book_step(s, failure)
+      now = s%growing%fatigue%at
+      call measure_cycles(s, now, failure)
+      if (failure%failed()) return
+      off = part_of_rate(s%problem, s%cracks, s%measurements)/2
+      if (has_fronts(s)) then
+         call follow_points()
+      else
+         call count_cycles(s%growing%fatigue, s%model, ways, now, off, have_arrested)
+      end if
+      s%is_over = have_arrested .or. s%growing%fatigue%life >= 0
+      if (s%growing%fatigue%life >= 0) then
+         call tell_fracture(s)
+      else if (have_arrested) then
+         call add_line(s%warning, 'the run ends before end_time, as tips arrest within the next increment: their range of K '// &
+                       'falls to the threshold')
+      else if (s%growing%fatigue%cycles - before < 1) then
+         call tell_fast_growth()
+      end if
+
+   contains
+
+      !> Warn once that an increment took less than a cycle: no law of cycles there, or its constants are for other units.
+      subroutine tell_fast_growth()
+         character(*), parameter :: fast = 'an increment of growth has taken less than one load cycle'
+         if (allocated(s%warning)) then
+            if (index(s%warning, fast) > 0) return
+         end if
+         call add_line(s%warning, s%problem%state%when()//fast//', '//three_digits(s%growing%fatigue%cycles - before)// &
+                       ' of it for '//three_digits(maxval(ways))//' m, where K is '// &
+                       three_digits(sqrt(maxval(sum(s%growing%fatigue%at(:modes, 1, :)**2, dim=1))))// &
+                       ' Pa m^0.5: the law of growth is not for such K. Likely cause: &growth rate_constant is for K in '// &
+                       'MPa m^0.5 or ways in mm, not in Pa m^0.5 and m; or loads are too large')
+      end subroutine tell_fast_growth
+
+      !> Count the cycles at points of fronts: at their present places, once these are evenly spaced again.
+      subroutine follow_points()
+         real(dp) :: there(size(now, 1), size(now, 2), size(now, 3))
+         integer :: l
+         do l = 1, size(now, 2)
+            there(:, l, :) = at_points(s%growing, s%measurements%fronts, now(:, l, :))
+         end do
+         call count_cycles(s%growing%fatigue, s%model, ways, there, off, have_arrested)
+         s%growing%fatigue%at = now
+         call even_out_points(s%growing, s%measurements%fronts, s%growing%fatigue%advance_deficit)
+         call even_out_points(s%growing, s%measurements%fronts, s%growing%fatigue%zone)
+      end subroutine follow_points
+   end subroutine follow_cycles
+
+   !> Tell after how many cycles a crack breaks through.
+   subroutine tell_fracture(s)
+      type(simulation_t), intent(inout) :: s
+      call add_line(s%warning, 'fracture after '//digits_text(s%growing%fatigue%life, 6)//' cycles: the largest K reaches that '// &
+                    'of the toughness; the run ends before end_time')
+   end subroutine tell_fracture
+
+   !> After a load step, measured and booked: find K and K over K_c at each load of the cycles.
+   subroutine measure_cycles(s, now, failure)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(inout) :: now(:, :, :)    !! (modes and part of K_c, loads, tips)
+      type(failure_t), intent(inout) :: failure
+      type(at_load_t), allocatable :: at(:)
+      type(next_t) :: next(size(now, 3))
+      integer :: k, l
+      if (failure%failed()) return
+      call measure_at_loads(s, spread(.true., 1, size(now, 2)), at, failure)
+      if (failure%failed()) return
+      do l = 1, size(at)
+         next = next_of_points(s%growing, s%model, s%cracks, at(l)%crack, at(l)%fronts, at(l)%factor)
+         do k = 1, size(next)
+            if (.not. next(k)%is_there) cycle
+            now(:modes, l, k) = next(k)%intensity
+            if (next(k)%toughness > 0) now(modes + 1, l, k) = sqrt(max(0.0_dp, next(k)%rate)/next(k)%toughness)
+         end do
+      end do
+   end subroutine measure_cycles
+end module hampm_growth_in_cycles

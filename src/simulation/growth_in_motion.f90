@@ -1,0 +1,221 @@
+!> Growth in motion: tips along paths whose cells are cut in advance (`hampm_dynamic_growth`), fronts of solids by regions of planes
+!> (`hampm_moving_front`), at given speeds or at those of their toughness; tips in implicit steps at the advance that keeps G at the
+!> toughness (`hampm_advance_search`).
+module hampm_growth_in_motion
+   use hampm_cracks, only: cracks_t
+   use hampm_dynamic_front_growth, only: advances_of_nodes, lay_points
+   use hampm_dynamic_growth, only: find_speeds, move_tips, must_check, note_check, plan_ways
+   use hampm_failure, only: failure_t
+   use hampm_growing, only: growing_t
+   use hampm_growing_planes, only: note_state
+   use hampm_growth_at_rest, only: note_separation
+   use hampm_advance_search, only: begin_search, follow_search, advance_search_t
+   use hampm_growth_room, only: find_loose_tips
+   use hampm_interface_points, only: is_half
+   use hampm_kinds, only: dp
+   use hampm_measurements, only: has_measured_tips, measure_tips, measurements_t
+   use hampm_mesh_changes, only: change_cut
+   use hampm_moving_front, only: advance_region, fronts_of
+   use hampm_nodal_state, only: external_force, internal_force
+   use hampm_plane_cuts, only: find_unbonded, open_more
+   use hampm_plane_points, only: follow_fronts, late_release
+   use hampm_problem, only: problem_t, refresh_grid, update_particles
+   use hampm_simulation, only: simulation_t
+   implicit none
+   private
+   public :: prepare_motion, advance_by_trials, follow_motion
+
+contains
+
+   !> Before a step: find speeds, and cut cells ahead of tips. Fronts advance before an implicit step, which ends in balance with
+   !> them.
+   subroutine prepare_motion(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      if (must_check(s%growing, s%model, s%problem, s%dt)) call check_points(s, failure)
+      if (s%growing%is_implicit .or. failure%failed()) return
+      if (.not. allocated(s%growing%planes)) then
+         call plan_growth(s, failure)
+      else if (.not. s%problem%interfaces%are_bounded) then
+         call move_fronts(s, s%problem%state%time, failure)
+      end if
+   end subroutine prepare_motion
+
+   !> In motion: measure G and K, unless a row has done so, and find the speeds of points that grow by their toughness.
+   subroutine check_points(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      logical :: has_planes
+      if (failure%failed()) return
+      has_planes = allocated(s%growing%planes)
+      if (s%growing%is_implicit .or. has_planes .or. .not. has_measured_tips(s%problem, s%measurements)) then ! trials repeat a step
+         call update_particles(s%problem)
+         call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure)
+      end if
+      if (failure%failed()) return
+      if (has_planes) call lay_points(s%growing, s%measurements%fronts)
+      call note_check(s%growing, s%cracks, s%measurements%crack)
+      call find_speeds(s%growing, s%model, s%problem, s%cracks, s%measurements%crack, s%measurements%fronts, s%dt, s%warning)
+   end subroutine check_points
+
+   !> Plan the ways of tips, and cut cells along them.
+   subroutine plan_growth(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      logical :: have_planned
+      if (failure%failed()) return
+      call plan_ways(s%growing, s%model, s%problem, s%cracks, s%dt, have_planned, s%warning)
+      if (.not. have_planned) return
+      call update_particles(s%problem)
+      call change_cut(s, failure)
+      if (.not. failure%failed()) call s%integrator%initialise(s%problem, s%dt, failure)
+   end subroutine plan_growth
+
+   !> Advance by an implicit step with tips that grow: tried with other advances until G is the toughness (`hampm_advance_search`).
+   subroutine advance_by_trials(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(growing_t) :: growing
+      type(cracks_t) :: cracks
+      type(measurements_t) :: measurements
+      type(advance_search_t) :: search
+      character(:), allocatable :: warning
+      logical :: is_over
+      warning = ''
+      call begin_search(s%growing, s%dt, search)
+      call update_particles(s%problem)
+      do
+         call plan_growth(s, failure)
+         if (failure%failed()) return
+         call s%integrator%note_start(s%problem)
+         if (allocated(s%warning)) warning = s%warning
+         measurements = s%measurements
+         cracks = s%cracks
+         growing = s%growing
+         call move_tips(s%growing, s%model, s%problem, s%cracks, s%problem%state%time, s%dt, s%warning)
+         call s%integrator%advance(s%problem, s%dt, failure)
+         call check_points(s, failure)
+         if (failure%failed()) return
+         call follow_search(search, s%growing, s%cracks, s%dt, is_over)
+         if (is_over) exit
+         growing%points%trial = s%growing%points%trial
+         growing%points%fall = s%growing%points%fall
+         growing%points%is_running = s%growing%points%is_running
+         growing%points%memory = s%growing%points%memory
+         s%growing = growing
+         s%cracks = cracks
+         s%measurements = measurements
+         if (allocated(s%warning)) deallocate (s%warning)
+         if (len(warning) > 0) s%warning = warning
+         call s%integrator%go_to_start(s%problem)
+      end do
+   end subroutine advance_by_trials
+
+   !> Advance the fronts of plane cracks in a step and release the points behind them: after an explicit step, before an implicit
+   !> one, which ends in balance with them.
+   subroutine move_fronts(s, time, failure)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: time               !! at its start [s]
+      type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: ways(:)
+      real(dp) :: dropped, released
+      logical :: meets_itself, have_moved
+      integer :: k
+      associate (m => s%problem)
+         have_moved = .false.
+         do k = 1, size(m%grid%planes)
+            associate (plane => m%grid%planes(k), growing => s%growing%planes(k))
+               if (growing%has_stopped) then
+                  growing%is_running = .false.
+                  growing%mean = 0
+                  growing%largest = 0
+               end if
+               if (.not. growing%grows .or. growing%has_stopped) cycle
+               ways = advances_of_nodes(s%growing, s%model, s%cracks, k, time, s%dt)
+               call advance_region(s%cracks%regions(k), pack(s%cracks%fronts, s%cracks%fronts%crack == k), ways, meets_itself)
+               plane%region_t = s%cracks%regions(k)
+               have_moved = have_moved .or. any(ways > 0)
+               call find_unbonded(plane, m%grid%forest)
+               call fronts_of(s%cracks%regions, s%cracks%fronts)
+               call note_state(growing, k, s%cracks, ways, m%materials(1), time, s%dt, meets_itself, s%warning)
+               where (s%growing%points%crack == k) s%growing%points%has_stopped = growing%has_stopped
+            end associate
+         end do
+         if (.not. have_moved) return
+         call follow_fronts(m%interfaces, m%matter_t, m%interfaces%are_bounded, dropped, released)
+         m%energies%fracture_energy = m%energies%fracture_energy + released
+         if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + (dropped - released)
+         if (.not. open_more(m%grid%planes, m%grid%forest)) return
+         call update_particles(m)
+         call change_cut(s, failure)
+         if (.not. failure%failed()) call s%integrator%initialise(m, s%dt, failure)
+         if (.not. failure%failed()) call hold_new_nodes(m)
+      end associate
+   end subroutine move_fronts
+
+   !> Hold nodes that have become open by points with the force that keeps the material on both sides together.
+   subroutine hold_new_nodes(m)
+      type(problem_t), intent(inout) :: m
+      real(dp), allocatable :: force(:, :), loads(:, :), mass(:, :)
+      real(dp) :: weight, light
+      integer :: k, side
+      if (.not. any(m%interfaces%list(:m%interfaces%n)%is_new)) return
+      call refresh_grid(m)
+      call internal_force(m, force)
+      call external_force(m, m%state%time, loads)
+      force = force + loads
+      allocate (mass(1, m%grid%n_points), source=0.0_dp)
+      do k = 1, m%particles%n
+         mass(1, m%nodes_of(k)) = mass(1, m%nodes_of(k)) + m%particles%mass(k)*m%functions_of(k)
+      end do
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, 1, mass)
+      do k = 1, m%interfaces%n
+         associate (point => m%interfaces%list(k))
+            if (.not. point%is_new) cycle
+            point%is_new = .false.
+            weight = 0
+            do side = 1, count(point%jump%node > 0)
+               light = 1/mass(1, point%jump%node(side))
+               weight = weight + light
+               point%initial_force = point%initial_force + point%jump%share(side)*light*force(:, point%jump%node(side))
+            end do
+            point%initial_force = point%initial_force/weight
+            if (is_half(point)) point%initial_force = dot_product(point%initial_force, point%normal)*point%normal
+         end associate
+      end do
+   end subroutine hold_new_nodes
+
+   !> After a step: advance what has not advanced before it, and see what has ended.
+   subroutine follow_motion(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: late                           ! released by fronts in an implicit step beyond the value at its start [J]
+      associate (m => s%problem)
+         if (.not. allocated(s%growing%planes)) then
+            if (.not. s%growing%is_implicit) call move_tips(s%growing, s%model, m, s%cracks, m%state%time - s%dt, s%dt, s%warning)
+            call follow_ends(s, failure)
+         else if (m%interfaces%are_bounded) then
+            call move_fronts(s, m%state%time - s%dt, failure)
+         else
+            late = late_release(m%interfaces)
+            m%energies%fracture_energy = m%energies%fracture_energy + late
+            if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - late
+         end if
+      end associate
+   end subroutine follow_motion
+
+   !> In motion, after a step: cut cells anew where tips have ended, and check whether bodies separate where all points failed.
+   subroutine follow_ends(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      logical :: is_new
+      if (s%growing%has_new_end) then
+         s%growing%has_new_end = .false.
+         call update_particles(s%problem)
+         call change_cut(s, failure)
+         if (.not. failure%failed()) call s%integrator%initialise(s%problem, s%dt, failure)
+      end if
+      call find_loose_tips(s%growing, s%problem%interfaces, is_new)
+      if (is_new .and. .not. failure%failed()) call note_separation(s, s%problem%state%time)
+   end subroutine follow_ends
+end module hampm_growth_in_motion
