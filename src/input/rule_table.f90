@@ -1369,7 +1369,7 @@ module hampm_rule_table
          '&method time = ''explicit'' | ''implicit'' and &growth law = {growth laws in motion}', not_built, &
          'growth through quadratic cells is static only', '&grid order = 1', 126, 1, 2, 1), &
       rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &growth', not_built, &
-         'cohesive points ahead of the tip join nodes of bilinear cells', '&grid order = 1', 130, 1, 2, 1), &
+         'bonded points ahead of the tip join nodes of bilinear cells', '&grid order = 1', 130, 1, 2, 1), &
       rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &cohesive', not_built, '', '&grid order = 1', 134, 1, &
          2, 1), &
       rule_t('&material law /= ''orthotropic''', requires, '&material young', by_meaning, '', '', 138, 1, 1, 0), &
@@ -1628,7 +1628,7 @@ module hampm_rule_table
       rule_t('&load on = ''crack'' and several cracks', requires, '&load crack', by_meaning, 'the name selects the crack', '', &
          514, 2, 1, 0), &
       rule_t('&load on = ''crack''', not_with, 'a pressed path that grows in motion', not_built, &
-         'cohesive points join cells that are cut ahead of the tip; pressure must not act there', 'law = ''quasi_static''', 517, &
+         'bonded points join cells that are cut ahead of the tip; pressure must not act there', 'law = ''quasi_static''', 517, &
          1, 1, 0), &
       rule_t('&load start < 0', no_effect_with, '&load history = ''step''', by_meaning, &
          'a step load that begins before the run acts from its beginning', '', 519, 1, 1, 0), &

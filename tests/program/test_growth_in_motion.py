@@ -449,7 +449,7 @@ def flying(text, velocity):
 
 @pytest.mark.parametrize("law", ["law = 'prescribed'  speed = 600.0  start = 2e-6", "law = 'toughness'  toughness = 0.01"])
 def test_a_crack_grows_in_a_plate_that_flies(hampm, law):
-    """At 60 m/s it goes through a cell in 8 us. Its way is as in the total frame; energy is kept; K rings as its tips go from cell to cell. By the toughness cohesive points take that times the
+    """At 60 m/s it goes through a cell in 8 us. Its way is as in the total frame; energy is kept; K rings as its tips go from cell to cell. By the toughness bonded points take that times the
     area, to 15 %: of a crack as fast as Rayleigh waves in such cells those in the total frame take 1.27 of it."""
     text = plate(f"&growth {law}  direction = 'straight' /")
     still, _ = run_told(hampm, text)
@@ -469,7 +469,7 @@ def test_a_crack_grows_in_a_plate_that_flies(hampm, law):
 @pytest.mark.verify
 @pytest.mark.parametrize(("part", "taken"), [(0.33, 0.02), (0.6, 0.05)])
 def test_a_crack_that_runs_in_the_updated_frame(hampm, part, taken):
-    """K_I of a given speed in the mean and its scatter as in the total frame, and cohesive points take what G says but for the first cells: 0.84 of it at 0.6 of Rayleigh waves with lumped masses
+    """K_I of a given speed in the mean and its scatter as in the total frame, and bonded points take what G says but for the first cells: 0.84 of it at 0.6 of Rayleigh waves with lumped masses
     at the faces. Energy is kept."""
     speed = part * bench.RAYLEIGH
     row, _ = run_told(hampm, bench.plate(0.2e-3, bench.given(speed), audit=True).replace("&method", "&method frame = 'updated' "))

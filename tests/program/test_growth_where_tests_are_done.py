@@ -120,7 +120,7 @@ def missing(row):
 def test_a_charpy_specimen_on_anvils(hampm):
     """K_I does not know of the anvils up to 16 us: it is that of a specimen that flies freely, whose ends do not press on them before 12 us (Boehme & Kalthoff 1982,
     Int. J. Fract. 20, R139-R143, saw such specimens without contact). The weight has bounced off by 16 us. The crack starts as K_I is that of the toughness, and
-    cohesive points take that times the area, to 15 %."""
+    bonded points take that times the area, to 15 %."""
     text = (INPUT / "charpy.nml").read_text().replace("end_time = 60.0e-6", "end_time = 45.0e-6")
     row, _ = run_told(hampm, text)
     alone = text[:text.index("&body", text.index("! the weight"))] + text[text.index("&contact"):]
@@ -216,7 +216,7 @@ def test_the_plate_of_kalthoff_with_its_projectile(hampm):
 @pytest.mark.verify
 def test_a_wedge_in_a_double_cantilever_beam(hampm):
     """Against arms that are opened by d/2 at their lips, G = 3 E' h**3 d**2/(16 (a + 0.673 h)**4), of which at a given opening G (a + 0.673 h)/3 is stored. The length is that by
-    the energy that cohesive points have taken: the tip starts one to two cells later. The arms swing by a tenth of G before growth."""
+    the energy that bonded points have taken: the tip starts one to two cells later. The arms swing by a tenth of G before growth."""
     row, _ = run_told(hampm, INPUT / "wedge_dcb.nml")
     modulus, depth, thickness, toughness = 3.3e9 / (1 - 0.35**2), 0.01, 0.01, 300.0
     opening, time = row["displacement_upper_y"] - row["displacement_lower_y"], 1e3 * row["time"]
