@@ -6,7 +6,7 @@ module hampm_crack_measurements
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t, best_t
    use hampm_cracks, only: cracks_t
-   use hampm_estimated_errors, only: error_t, follow, waves_of
+   use hampm_estimated_errors, only: error_t, pace_t, follow, needs_sample, waves_of
    use hampm_estimator, only: estimate_t
    use hampm_failure, only: failure_t
    use hampm_history, only: history_t
@@ -21,13 +21,13 @@ module hampm_crack_measurements
    use hampm_tip_measurements, only: estimate_rates, error_of_rate, of_any_sign
    implicit none
    private
-   public :: measure_crack, record_crack
+   public :: measure_crack, needs_values, record_crack
 
 contains
 
    !> Measure, and find the energy release rate of all modes by the best of the chosen estimators [J/m2]; not allocated without any.
    !> Fails if the nodal equations cannot be solved.
-   subroutine measure_crack(problem, cracks, number, state, extrapolation, values, g, failure)
+   subroutine measure_crack(problem, cracks, number, state, extrapolation, values, g, failure, for_waves)
       type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: number              !! of the tip
@@ -36,14 +36,14 @@ contains
       type(crack_values_t), intent(inout) :: values
       real(dp), allocatable, intent(out) :: g
       type(failure_t), intent(inout) :: failure
+      logical, intent(in), optional :: for_waves !! whether for a sample alone
       real(dp), parameter :: middle(ndim) = 0    ! cells on both sides of the mouth count
       real(dp) :: at_node(modes)                 ! opening of the nodes behind the tip [m]
-      real(dp) :: waves                          ! [s]
       type(best_t) :: best
       type(tip_field_t) :: field(2)
       associate (p => problem%particles, grid => problem%grid, tip => cracks%tips(number))
          if (tip%is_measured()) call estimate_rates(problem, factors_at(problem%loads, problem%state%time), tip, p, state, &
-                                                      extrapolation, values, failure)
+                                                      extrapolation, values, failure, for_waves)
          values%mouth = opening_at(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, problem, p)
          if (.not. tip%is_measured()) return
          associate (behind => tip%now - tip%nodes%spacing*tip%direction)
@@ -56,23 +56,51 @@ contains
             end if
          end associate
          field = fields_at(problem%materials, tip)
-         waves = 0
-         if (values%moves) &
-            waves = waves_of(tip%nodes%spacing, problem%materials(tip%material_in(problem%materials))%shear_wave_speed())
-         call follow_values(tip, field(1), problem%state%time, waves, values)
+         call follow_values(tip, field(1), problem%state%time, pace_of(problem, tip, values), values)
          best = values%best(tip, problem%materials(tip%material_in(problem%materials))%isotropic)
          if (best%estimator /= '') g = best%rate
       end associate
    end subroutine measure_crack
 
+   !> When samples are taken of the values of a tip.
+   pure type(pace_t) function pace_of(problem, tip, values) result(pace)
+      type(problem_t), intent(in) :: problem
+      type(crack_tip_t), intent(in) :: tip
+      type(crack_values_t), intent(in) :: values
+      pace%in_sets = values%in_sets
+      if (values%moves) &
+         pace%waves = waves_of(tip%nodes%spacing, problem%materials(tip%material_in(problem%materials))%shear_wave_speed())
+   end function pace_of
+
+   !> Whether the errors of the next row need the present values of a tip.
+   pure logical function needs_values(problem, tip, values, next_row)
+      type(problem_t), intent(in) :: problem
+      type(crack_tip_t), intent(in) :: tip
+      type(crack_values_t), intent(in) :: values
+      real(dp), intent(in) :: next_row           !! [s]
+      type(pace_t) :: pace
+      integer :: k
+      needs_values = .false.
+      if (.not. (tip%is_measured() .and. values%errors%are_known)) return
+      pace = pace_of(problem, tip, values)
+      if (allocated(values%j)) needs_values = needs_sample(values%errors%j%recent, problem%state%time, pace, next_row)
+      do k = 1, size(values%estimates)
+         associate (of => values%estimates(k))
+            if (.not. of%by%needs_mass) &
+               needs_values = needs_values .or. any(needs_sample(of%error%recent, problem%state%time, pace, next_row))
+         end associate
+      end do
+   end function needs_values
+
    !> Update the errors of the last measured values. Differences of J and K between domains are errors too.
    !>
    !> The error of a nodal force is its difference from J's part of its mode plus the error of that: where cells have been divided
    !> in motion, particles may have stresses that act on no node. Without J that error is unknown.
-   pure subroutine follow_values(tip, field, time, waves, values)
+   pure subroutine follow_values(tip, field, time, pace, values)
       type(crack_tip_t), intent(in) :: tip
       type(tip_field_t), intent(in) :: field     !! of the tip
-      real(dp), intent(in) :: time, waves        !! of `add_recent` [s]
+      real(dp), intent(in) :: time               !! [s]
+      type(pace_t), intent(in) :: pace
       type(crack_values_t), intent(inout) :: values
       real(dp) :: j, spread_of_j, of_k(modes), part(modes), least(modes), apart(modes)
       integer :: n
@@ -80,7 +108,7 @@ contains
          do n = 1, size(v%estimates)
             associate (of => v%estimates(n))
                call follow(of%error, merge(of%rate, sum(abs(of%rate)), errors%by_mode .or. of%by%needs_nodes), scale, &
-                           of%uncertainty, time, waves)
+                           of%uncertainty, time, merge(pace_t(in_sets=.true.), pace, of%by%needs_mass .and. pace%in_sets))
                if (of%by%needs_two_points .and. v%cells_divide .and. .not. allocated(v%j)) & ! nodal forces
                   of%error%now = ieee_value(0.0_dp, ieee_quiet_nan)
             end associate
@@ -90,15 +118,15 @@ contains
          spread_of_j = maxval(v%j) - minval(v%j) + v%uncertainty_of_j + tip%lost_before_other()*abs(j)
          apart = 0                               ! J and the interaction of a tip that grows, which sees where it is
          if (tip%grown > 0) apart = abs(v%by_fields - v%intensity)
-         call follow(errors%j, j, scale, max(spread_of_j, 2*norm(apart)/max(norm(v%intensity), tiny(j))*abs(j)), time, waves)
+         call follow(errors%j, j, scale, max(spread_of_j, 2*norm(apart)/max(norm(v%intensity), tiny(j))*abs(j)), time, pace)
          part = 0
          if (sum(abs(v%domain)) > 0) part = abs(v%domain)/sum(abs(v%domain))
          if (errors%by_mode .and. .not. field%modes_couple()) then
-            call follow(errors%domain, v%domain, scale, spread_of_j*part, time, waves)
-            call follow(errors%intensity, v%intensity, scale, max(v%spread_of_k, apart), time, waves)
+            call follow(errors%domain, v%domain, scale, spread_of_j*part, time, pace)
+            call follow(errors%intensity, v%intensity, scale, max(v%spread_of_k, apart), time, pace)
          else                                    ! one mode turns into the other, too
             errors%domain%now = 0
-            call follow(errors%intensity, norm(v%intensity), scale, max(maxval(v%spread_of_k), apart), time, waves)
+            call follow(errors%intensity, norm(v%intensity), scale, max(maxval(v%spread_of_k), apart), time, pace)
          end if
          of_k = errors%intensity%now
          errors%of_rate = error_of_rate(field, v%intensity, of_k)

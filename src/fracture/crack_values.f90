@@ -27,6 +27,7 @@ module hampm_crack_values
       type(estimate_t), allocatable :: estimates(:) !! of the chosen estimators, but the domain integral
       logical :: has_left_node = .false.         !! whether the material has carried the tip off the node that some need: NaN
       logical :: moves = .false.                 !! whether there is inertia
+      logical :: in_sets = .false.               !! whether samples of waves are taken only some of the time
       logical :: cells_divide = .false.          !! whether cells are divided in motion
       logical :: is_closed = .false.             !! whether faces behind the tip press on each other
       real(dp) :: domain(modes) = 0              !! energy release rates, the parts of J [J/m2]
@@ -62,17 +63,19 @@ module hampm_crack_values
 contains
 
    !> Nothing measured yet.
-   subroutine new_crack_values(chosen, t_stress, tip, material, moves, cells_divide, values)
+   subroutine new_crack_values(chosen, t_stress, tip, material, moves, in_sets, cells_divide, values)
       type(estimator_t), intent(in) :: chosen(:) !! estimators, the best one first
       logical, intent(in) :: t_stress            !! whether the T-stress is measured
       type(crack_tip_t), intent(in) :: tip
       type(material_t), intent(in) :: material   !! at it
       logical, intent(in) :: moves               !! whether there is inertia
+      logical, intent(in) :: in_sets             !! as in `pace_t`
       logical, intent(in) :: cells_divide        !! in motion
       type(crack_values_t), intent(out) :: values
       type(estimate_t) :: estimate
       integer :: k
       values%moves = moves
+      values%in_sets = in_sets
       values%cells_divide = cells_divide
       values%estimates = [estimate_t ::]
       do k = 1, size(chosen)

@@ -7,7 +7,7 @@ module hampm_estimated_errors
    implicit none
    private
    public :: error_t, estimated_errors_t, relative_errors, follow, archive_errors, archive_column, hardly, uncertainty, &
-             recent_t, add_recent, waves_of, archive_recent
+             recent_t, pace_t, add_recent, needs_sample, waves_of, archive_recent
 
    !> Part of the largest value so far of which there is always the relative error: where a value passes through zero, a small
    !> shift in time is an error of the size of its neighbours.
@@ -21,16 +21,28 @@ module hampm_estimated_errors
    !> rates the square of it.
    real(dp), parameter :: hardly = 1.0e-3_dp
 
-   integer, parameter :: most_recent = 16        !! samples that are kept
+   integer, parameter :: most_recent = 8         !! samples that are kept
    integer, parameter :: least_recent = 6        !! that tell of waves
    real(dp), parameter :: cells_of_waves = 4     !! that a shear wave crosses in the time over which samples swing about a line
    real(dp), parameter :: longest = 2.5_dp       !! times that, samples are too far apart
+   integer, parameter :: a_wave = 8              !! slots in that time: a sample is the first value of one
+   integer, parameter :: from_set_to_set = 128   !! slots from one set of samples to the next
+   integer, parameter :: of_set = 16             !! the first of these, with the samples of a set: steps may be longer than slots
+   real(dp), parameter :: rounding = 1e-6_dp     !! of times, in slots
 
-   !> The last samples of a value in motion, which swings with the waves that cells cannot carry.
+   !> The last samples of a value in motion, which swings with the waves that cells cannot carry. They are taken when time and cells
+   !> say, whichever rows there are.
    type :: recent_t
       integer :: n = 0
       real(dp) :: time(most_recent) = 0, value(most_recent) = 0 !! [s], and in the unit of the value
+      real(dp) :: scatter = 0                    !! of them about a line, twice their standard deviation, in that unit
    end type recent_t
+
+   !> When samples are taken.
+   type :: pace_t
+      real(dp) :: waves = 0                      !! `waves_of` the cells; 0: never [s]
+      logical :: in_sets = .false.               !! whether only some of the time, where nothing else needs values of each step
+   end type pace_t
 
    !> The estimated error of a column.
    type :: error_t
@@ -79,23 +91,62 @@ contains
       waves_of = cells_of_waves*cell/speed
    end function waves_of
 
-   !> Add a sample, and find the scatter of the recent ones about a line, twice their standard deviation; 0 if too few lie within
-   !> the time in which the right value is nearly linear.
-   pure subroutine add_recent(recent, time, value, waves, scatter)
+   !> Whether a value at some time is the next sample; it replaces one of a step that is done again.
+   pure elemental logical function is_sample(recent, time, pace)
+      type(recent_t), intent(in) :: recent
+      real(dp), intent(in) :: time               !! [s]
+      type(pace_t), intent(in) :: pace
+      integer :: n
+      is_sample = pace%waves > 0
+      if (.not. is_sample) return
+      n = count(recent%time(:recent%n) < time)
+      if (n > 0) is_sample = slot_of(time, pace) > slot_of(recent%time(n), pace)
+      if (.not. (pace%in_sets .and. is_sample)) return
+      associate (place => place_in_set(time, pace), slots => slot_of(time, pace) - slot_of(recent%time(:n), pace))
+         is_sample = place < of_set .and. count(slots <= place) < most_recent
+      end associate
+   end function is_sample
+
+   !> Whether a value has to be found for a sample that counts in the next row. The first one of a set tells of the largest value.
+   pure elemental logical function needs_sample(recent, time, pace, next_row)
+      type(recent_t), intent(in) :: recent
+      real(dp), intent(in) :: time, next_row     !! [s]
+      type(pace_t), intent(in) :: pace
+      needs_sample = is_sample(recent, time, pace)
+      if (.not. needs_sample) return
+      associate (place => place_in_set(time, pace), ahead => slot_of(next_row, pace) - slot_of(time, pace))
+         if (pace%in_sets) then
+            needs_sample = place < 1 .or. ahead + place < from_set_to_set + of_set
+         else
+            needs_sample = ahead <= longest*a_wave
+         end if
+      end associate
+   end function needs_sample
+
+   !> Number of the slot of a time.
+   pure elemental real(dp) function slot_of(time, pace) result(slot)
+      real(dp), intent(in) :: time               !! [s]
+      type(pace_t), intent(in) :: pace
+      slot = aint(a_wave*time/pace%waves + rounding)
+   end function slot_of
+
+   !> Number of the slot of a time in its set, from 0 on.
+   pure elemental real(dp) function place_in_set(time, pace) result(place)
+      real(dp), intent(in) :: time               !! [s]
+      type(pace_t), intent(in) :: pace
+      place = mod(slot_of(time, pace), real(from_set_to_set, dp))
+   end function place_in_set
+
+   !> Add a value that is the next sample, and find the scatter of the recent ones; it stays where too few lie within the time in
+   !> which the right value is nearly linear.
+   pure elemental subroutine add_recent(recent, time, value, pace)
       type(recent_t), intent(inout) :: recent
       real(dp), intent(in) :: time, value        !! [s]
-      real(dp), intent(in) :: waves              !! [s]
-      real(dp), intent(out) :: scatter           !! in the unit of the value
-      real(dp), allocatable :: t(:), y(:)
-      real(dp) :: slope
-      integer :: n, first
-      n = recent%n
-      if (n > 1) then                            ! one too near to that before it makes room
-         if (time - recent%time(n - 1) < waves/(most_recent - 2)) n = n - 1
-      end if
-      if (n > 0) then
-         if (time <= recent%time(n)) n = n - 1
-      end if
+      type(pace_t), intent(in) :: pace
+      real(dp) :: t(most_recent), y(most_recent), slope
+      integer :: n
+      if (.not. is_sample(recent, time, pace)) return
+      n = count(recent%time(:recent%n) < time)
       if (n == most_recent) then
          recent%time = eoshift(recent%time, 1)
          recent%value = eoshift(recent%value, 1)
@@ -105,29 +156,31 @@ contains
       recent%n = n
       recent%time(n) = time
       recent%value(n) = value
-      scatter = 0
+      n = count(recent%time(:n) >= time - longest*pace%waves)
       if (n < least_recent) return
-      first = min(count(recent%time(:n) < time - waves) + 1, n - least_recent + 1)
-      if (time - recent%time(first) > longest*waves) return
-      t = recent%time(first:n) - sum(recent%time(first:n))/(n - first + 1)
-      y = recent%value(first:n) - sum(recent%value(first:n))/(n - first + 1)
-      slope = dot_product(t, y)/dot_product(t, t)
-      scatter = 2*sqrt(sum((y - slope*t)**2)/(size(t) - 2))
+      t(:n) = recent%time(recent%n - n + 1:recent%n)
+      y(:n) = recent%value(recent%n - n + 1:recent%n)
+      t(:n) = t(:n) - sum(t(:n))/n
+      y(:n) = y(:n) - sum(y(:n))/n
+      slope = dot_product(t(:n), y(:n))/dot_product(t(:n), t(:n))
+      recent%scatter = 2*sqrt(sum((y(:n) - slope*t(:n))**2)/(n - 2))
    end subroutine add_recent
 
    !> Follow a value: its error is a part of it, or of the largest so far, and at least `least`; in motion plus the scatter.
-   pure elemental subroutine follow(error, value, scale, least, time, waves)
+   pure elemental subroutine follow(error, value, scale, least, time, pace)
       type(error_t), intent(inout) :: error
       real(dp), intent(in) :: value              !! in the unit of the column, as the next but one
       real(dp), intent(in) :: scale              !! of the relative error [-]
       real(dp), intent(in) :: least
-      real(dp), intent(in) :: time, waves        !! of `add_recent`, the latter 0 at rest [s]
-      real(dp) :: scatter
-      error%largest = max(error%largest, abs(value))
+      real(dp), intent(in) :: time               !! [s]
+      type(pace_t), intent(in) :: pace
+      logical :: counts                          ! whether the value may be the largest so far
+      counts = .not. pace%in_sets
+      if (.not. counts .and. is_sample(error%recent, time, pace)) counts = place_in_set(time, pace) < 1
+      if (counts) error%largest = max(error%largest, abs(value))
       error%now = max(scale*error%relative*max(abs(value), floor_of_values*error%largest), least)
-      if (.not. waves > 0) return
-      call add_recent(error%recent, time, value, waves, scatter)
-      error%now = error%now + scatter
+      call add_recent(error%recent, time, value, pace)
+      error%now = error%now + error%recent%scatter
    end subroutine follow
 
    !> Factor of the initial relative errors with the present cells at the tip [-].
@@ -174,5 +227,6 @@ contains
       call archive%serialise(name//'_samples', recent%n)
       call archive%archive_reals(name//'_times', most_recent, recent%time)
       call archive%archive_reals(name//'_values', most_recent, recent%value)
+      call archive%serialise(name//'_scatter', recent%scatter)
    end subroutine archive_recent
 end module hampm_estimated_errors

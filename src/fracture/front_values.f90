@@ -9,7 +9,7 @@ module hampm_front_values
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: identity, norm
    use hampm_archive, only: archive_t
-   use hampm_estimated_errors, only: recent_t, add_recent, waves_of, archive_recent
+   use hampm_estimated_errors, only: recent_t, pace_t, add_recent, needs_sample, waves_of, archive_recent
    use hampm_front, only: front_t, room_of
    use hampm_front_closure, only: closure_rates
    use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, cell_at
@@ -23,7 +23,8 @@ module hampm_front_values
    use hampm_text, only: to_text
    implicit none
    private
-   public :: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, record_front, mean_rate, &
+   public :: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, needs_front, record_front, &
+             mean_rate, &
              front_fields, &
              part_along, between_hats, parts_of, place_hats
 
@@ -44,8 +45,6 @@ module hampm_front_values
       real(dp) :: mean_error = 0                 !! of the mean of G [J/m2]
       type(recent_t) :: of_mean                  !! recent means of G, in motion
       type(recent_t), allocatable :: of_hats(:)  !! the same by hat
-      real(dp) :: mean_scatter = 0               !! standard deviation of the recent means [J/m2]
-      real(dp), allocatable :: scatter(:)        !! the same by hat
    end type measured_t
 
    !> That, and where it was measured.
@@ -101,7 +100,7 @@ contains
    !> Zeros at a number of hat functions.
    pure type(measured_t) function nothing_measured(hats) result(measured)
       integer, intent(in) :: hats
-      allocate (measured%g(hats), measured%g_error(hats), measured%scatter(hats), source=0.0_dp)
+      allocate (measured%g(hats), measured%g_error(hats), source=0.0_dp)
       allocate (measured%k(front_modes, hats), source=0.0_dp)
       allocate (measured%k_error, measured%closure, measured%closure_error, source=measured%k)
       allocate (measured%of_hats(hats))
@@ -276,18 +275,36 @@ contains
    end subroutine measure_front
 
    !> Find by what the last samples stray, in waves that cells cannot carry.
-   subroutine find_scatter(problem, values)
+   pure subroutine find_scatter(problem, in_sets, values)
       type(problem_t), intent(in) :: problem
+      logical, intent(in) :: in_sets             !! as in `pace_t`
       type(front_values_t), intent(inout) :: values
-      real(dp) :: waves                          ! [s]
-      integer :: i
+      type(pace_t) :: pace
       if (values%has_ended) return
-      waves = waves_of(cell_at(values%domain%front, problem), problem%materials(values%domain%material)%shear_wave_speed())
-      call add_recent(values%of_mean, problem%state%time, mean_rate(values), waves, values%mean_scatter)
-      do i = 1, size(values%g)
-         call add_recent(values%of_hats(i), problem%state%time, values%g(i), waves, values%scatter(i))
-      end do
+      pace = pace_of(problem, in_sets, values)
+      call add_recent(values%of_mean, problem%state%time, mean_rate(values), pace)
+      call add_recent(values%of_hats, problem%state%time, values%g, pace)
    end subroutine find_scatter
+
+   !> Whether the errors of the next row need the present values along a front.
+   pure logical function needs_front(problem, in_sets, values, next_row)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: in_sets             !! as in `pace_t`
+      type(front_values_t), intent(in) :: values
+      real(dp), intent(in) :: next_row           !! [s]
+      needs_front = .false.
+      if (.not. values%has_ended) &
+         needs_front = needs_sample(values%of_mean, problem%state%time, pace_of(problem, in_sets, values), next_row)
+   end function needs_front
+
+   !> When samples are taken of a front.
+   pure type(pace_t) function pace_of(problem, in_sets, values) result(pace)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: in_sets
+      type(front_values_t), intent(in) :: values
+      pace%in_sets = in_sets
+      pace%waves = waves_of(cell_at(values%domain%front, problem), problem%materials(values%domain%material)%shear_wave_speed())
+   end function pace_of
 
    !> Whether the faces behind each hat have overlapped.
    function have_overlapped(problem, values) result(have)
@@ -548,7 +565,7 @@ contains
       part_of_modes = part_of_modes/max(sum(abs(part_of_modes)), tiny(1.0_dp))
       history%is_of_none = values%has_ended
       call history%record('G_mean', 'J/m2', 'energy release rate, mean along the front', mean_rate(values))
-      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%mean_error + values%mean_scatter)
+      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%mean_error + values%of_mean%scatter)
       call history%record('G_largest', 'J/m2', 'largest energy release rate along the front', maxval(values%g))
       call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, mean along the front', &
                                 matmul(values%k(:last, :), parts_of(values)))
@@ -557,12 +574,13 @@ contains
          call history%record_along_front('xyz'(d:d), 'm', 'place on the front', values%at(d, :))
       end do
       call history%record_along_front('G', 'J/m2', 'energy release rate', values%g)
-      call history%record_along_front('G_error', 'J/m2', 'estimated error of it', values%g_error + values%scatter)
+      call history%record_along_front('G_error', 'J/m2', 'estimated error of it', values%g_error + values%of_hats%scatter)
       do d = 1, last
          associate (name => 'K_'//repeat('I', d))
             call history%record_along_front(name, 'Pa m^0.5', 'stress intensity factor, mode '//repeat('I', d), values%k(d, :))
             call history%record_along_front(name//'_error', 'Pa m^0.5', 'estimated error of it', values%k_error(d, :) + &
-                                            abs(values%k(d, :))*values%scatter/max(2*values%g, values%scatter, tiny(1.0_dp)))
+                                            abs(values%k(d, :))*values%of_hats%scatter &
+                                            /max(2*values%g, values%of_hats%scatter, tiny(1.0_dp)))
          end associate
       end do
       if (values%by_closure) then
@@ -570,14 +588,14 @@ contains
             call history%record_modes('G_vcct_', 'J/m2', closed//', mean along the front', &
                                       matmul(values%closure(:modes, :), parts_of(values)))
             call history%record_modes('G_vcct_', 'J/m2', 'estimated error of that', values%closure_mean_error(:modes) + &
-                                      values%mean_scatter*abs(part_of_modes(:modes)), &
+                                      values%of_mean%scatter*abs(part_of_modes(:modes)), &
                                       behind='_error')
          end associate
          do d = 1, merge(1, front_modes, values%domain%front%is_symmetry)
             associate (name => 'G_vcct_'//repeat('I', d))
                call history%record_along_front(name, 'J/m2', closed//', mode '//repeat('I', d), values%closure(d, :))
                call history%record_along_front(name//'_error', 'J/m2', 'estimated error of it', values%closure_error(d, :) &
-                                               + values%scatter*abs(values%closure(d, :)) &
+                                               + values%of_hats%scatter*abs(values%closure(d, :)) &
                                                /max(sum(abs(values%closure), dim=1), tiny(1.0_dp)))
             end associate
          end do

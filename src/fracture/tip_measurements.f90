@@ -25,7 +25,7 @@ module hampm_tip_measurements
 contains
 
    !> The chosen energy release rates and stress intensity factors, for particles at the places of the motion's.
-   subroutine estimate_rates(problem, factors, tip, p, state, extrapolation, values, failure)
+   subroutine estimate_rates(problem, factors, tip, p, state, extrapolation, values, failure, for_waves)
       type(problem_t), intent(inout) :: problem
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
       type(crack_tip_t), intent(in) :: tip
@@ -34,11 +34,13 @@ contains
       type(mass_solver_t), intent(inout) :: extrapolation
       type(crack_values_t), intent(inout) :: values
       type(failure_t), intent(inout) :: failure
+      logical, intent(in), optional :: for_waves !! whether without those that cost much and are off by more than waves
       integer :: k
       call place_loads(problem%loads, problem%grid, p)
       values%has_left_node = tip%nodes%tip == 0 .and. any(values%estimates%by%needs_nodes)
       do k = 1, size(values%estimates)
          associate (of => values%estimates(k), by => values%estimates(k)%by)
+            if (by%needs_mass .and. present(for_waves)) cycle
             if (by%needs_mass) call refresh_grid(problem)
             of%uncertainty = 0
             if (.not. (by%needs_nodes .and. values%has_left_node)) &

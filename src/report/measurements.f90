@@ -10,13 +10,13 @@ module hampm_measurements
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
-   use hampm_crack_measurements, only: measure_crack, record_crack
+   use hampm_crack_measurements, only: measure_crack, needs_values, record_crack
    use hampm_crack_placement, only: body_at, distance_in_material
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t, best_t, new_crack_values, keep_crack_values
    use hampm_cohesive_zone, only: zone_length, root_opening
    use hampm_cracks, only: cracks_t
-   use hampm_estimated_errors, only: recent_t, add_recent, waves_of, archive_recent
+   use hampm_estimated_errors, only: recent_t, pace_t, add_recent, waves_of, archive_recent
    use hampm_energy, only: linear_momentum, angular_momentum, n_turns, dissipation, largest_displacement
    use hampm_failure, only: failure_t
    use hampm_growth_points, only: next_of_points
@@ -25,7 +25,7 @@ module hampm_measurements
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
    use hampm_growing_planes, only: record_plane
    use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, &
-                                 record_front, mean_rate
+                                 needs_front, record_front, mean_rate
    use hampm_history, only: history_t
    use hampm_joints, only: groups_of_bodies, velocity_fields_of
    use hampm_loads, only: load_t
@@ -43,7 +43,7 @@ module hampm_measurements
    private
    public :: measurements_t, new_measurements, renew_fronts, note_initial_energy, rebuild_extrapolation, measure, measure_tips, &
              has_measured_tips, take_row, declare_columns, energy_residual, archive_measurements, dcb_energy_release_rate, &
-             chi_foundation, have_errors, part_of_rate, follow_rows
+             chi_foundation, have_errors, part_of_rate, need_sample, follow_waves
 
    real(dp), parameter :: chi_foundation = 2.0_dp/3.0_dp  !! chi of a beam on an elastic foundation, isotropic material
 
@@ -91,8 +91,9 @@ module hampm_measurements
       real(dp) :: lone_place(ndim) = 0           !! of it [m]
       integer, allocatable :: joined(:)          !! by body, bodies in touch without contact are one; where there
                                                  !! are probes
-      type(recent_t) :: of_contact(ndim)         !! forces of bodies that meet, at the last rows of a motion
-      real(dp) :: contact_scatter(ndim) = 0      !! by what these stray [N]
+      type(recent_t) :: of_contact(ndim)         !! forces of bodies that meet, in motion
+      type(pace_t) :: pace_of_contact            !! when samples of these are taken
+      integer :: layout_of_pace = -1             !! of the blocks then
       integer(long) :: steps = -1                !! after which tips were measured last
       integer :: layout = -1                     !! of the blocks then
       type(history_t) :: history                 !! the columns and the latest row
@@ -107,6 +108,7 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       real(dp) :: force, length, depth, largest
+      logical :: in_sets
       integer :: k
       call note_initial_energy(problem, m)
       m%rounding_energy = energy_of_rounding(model, problem%loads)
@@ -115,11 +117,12 @@ contains
       allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
       call renew_fronts(model, problem, cracks, m)
       m%recorded_fronts = size(m%fronts)
+      in_sets = model%method%time == 'explicit' .and. size(model%growth) + size(model%nucleations) == 0
       do k = 1, size(m%crack)
          call new_crack_values(model%energy_release%chosen, model%energy_release%t_stress, cracks%tips(k), &
                                problem%materials(cracks%tips(k)%material_in(problem%materials)), &
-                               model%method%time /= 'static', model%method%time /= 'static' .and. &
-                               model%refine%looks_at_motion(), m%crack(k))
+                               model%method%time /= 'static', in_sets, &
+                               model%method%time /= 'static' .and. model%refine%looks_at_motion(), m%crack(k))
       end do
       select case (model%energy_release%reference)
       case ('value')
@@ -278,12 +281,13 @@ contains
    end subroutine measure
 
    !> Measure the tips, which is all that growth asks for between rows, and reactions.
-   subroutine measure_tips(model, problem, cracks, m, failure)
+   subroutine measure_tips(model, problem, cracks, m, failure, for_waves)
       type(model_t), intent(in) :: model
       type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
+      logical, intent(in), optional :: for_waves !! whether for samples alone
       type(nodal_state_t) :: state
       logical :: has_domain, asks_way           ! asks: whether results depend on the displacement of supports
       integer :: k
@@ -308,8 +312,9 @@ contains
       end if
       if (any(model%constraints%name /= '')) m%reactions = state%reactions
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
-         call measure_crack(problem, cracks, k, state, m%extrapolation, m%crack(k), m%rate, failure)
+         call measure_crack(problem, cracks, k, state, m%extrapolation, m%crack(k), m%rate, failure, for_waves)
       end do
+      if (present(for_waves)) return
       m%steps = problem%state%steps
       m%layout = problem%blocks%layout
    end subroutine measure_tips
@@ -356,26 +361,46 @@ contains
       has_measured_tips = m%steps == problem%state%steps .and. m%layout == problem%blocks%layout
    end function has_measured_tips
 
-   !> Before a row of a motion: find the scatter of values along fronts and of forces of body contact in recent rows, by particles
-   !> that change cells and by waves that cells cannot carry.
-   subroutine follow_rows(model, problem, m)
+   !> Whether the errors of the next row need the present values of tips or fronts.
+   pure logical function need_sample(model, problem, cracks, m, next_row)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
+      type(cracks_t), intent(in) :: cracks
+      type(measurements_t), intent(in) :: m
+      real(dp), intent(in) :: next_row           !! [s]
+      logical, parameter :: in_sets = .true.
+      integer :: k
+      need_sample = .false.
+      if (model%method%time /= 'explicit') return
+      do k = 1, size(m%crack)
+         need_sample = need_sample .or. needs_values(problem, cracks%tips(k), m%crack(k), next_row)
+      end do
+      do k = 1, size(m%fronts)
+         need_sample = need_sample .or. needs_front(problem, in_sets, m%fronts(k), next_row)
+      end do
+   end function need_sample
+
+   !> After a step of a motion: find the scatter of values along fronts, where they are those of this step, and of forces of body
+   !> contact, by particles that change cells and by waves that cells cannot carry.
+   subroutine follow_waves(model, problem, has_measured, m)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: has_measured
       type(measurements_t), intent(inout) :: m
       real(dp), parameter :: longer = 1.5_dp     ! forces swing with the length of nine cells
-      real(dp) :: waves                          ! [s]
       integer :: k
       if (model%method%time == 'static') return
-      do k = 1, size(m%fronts)
-         call find_scatter(problem, m%fronts(k))
+      do k = 1, merge(size(m%fronts), 0, has_measured)
+         call find_scatter(problem, model%method%time == 'explicit', m%fronts(k))
       end do
       if (.not. model%contact%is_wanted()) return
-      waves = longer*waves_of(smallest_occupied_cell(problem%grid, problem%blocks), &
-                              minval([(problem%materials(k)%shear_wave_speed(), k=1, size(problem%materials))]))
-      do k = 1, ndim
-         call add_recent(m%of_contact(k), problem%state%time, problem%body_contact%force(k), waves, m%contact_scatter(k))
-      end do
-   end subroutine follow_rows
+      if (m%layout_of_pace /= problem%blocks%layout) &
+         m%pace_of_contact%waves = longer*waves_of(smallest_occupied_cell(problem%grid, problem%blocks), &
+                                                   minval([(problem%materials(k)%shear_wave_speed(), &
+                                                            k=1, size(problem%materials))]))
+      m%layout_of_pace = problem%blocks%layout
+      call add_recent(m%of_contact, problem%state%time, problem%body_contact%force, m%pace_of_contact)
+   end subroutine follow_waves
 
    !> Record a row of the last measurements: this is the list of all columns.
    subroutine take_row(model, problem, cracks, growing, dt, m)
@@ -419,7 +444,7 @@ contains
             if (model%method%time /= 'static') then
                do k = 1, ndim
                   call history%record('contact_force_'//'xyz'(k:k)//'_error', 'N', 'estimated error of single samples of that', &
-                                      m%contact_scatter(k))
+                                      m%of_contact(k)%scatter)
                end do
             end if
          end if

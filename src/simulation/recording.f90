@@ -12,7 +12,7 @@ module hampm_recording
    use hampm_growth_points, only: book_rate
    use hampm_run_time_checks, only: check_state, check_tip, check_faces, check_modes, check_normals, check_rest
    use hampm_measurements, only: take_row, declare_columns, energy_residual, measure_tips, has_measured_tips, have_errors, &
-                                  follow_rows
+                                  need_sample, follow_waves
    use hampm_nodal_fields, only: nodal_fields_t
    use hampm_particles, only: particles_t
    use hampm_problem, only: update_particles
@@ -137,7 +137,7 @@ contains
       call note_branching(s%growing, s%model, s%problem%materials, s%cracks, s%measurements%crack, s%problem%state%time, &
                           s%warning)
       if (s%problem%interfaces%n_cohesive > 0) call check_zones(s%cracks, s%problem%interfaces, s%warning)
-      call follow_rows(s%model, s%problem, s%measurements)
+      call follow_waves(s%model, s%problem, .true., s%measurements)
       call take_row(s%model, s%problem, s%cracks, s%growing, s%dt, s%measurements)
       call s%results%append(s%measurements%history%row, failure)
       s%samples = next_multiple(s, s%samples, s%model%output%history_interval)
@@ -152,14 +152,23 @@ contains
       type(particles_t) :: particles
       type(nodal_fields_t) :: fields
       type(element_operators_t) :: operators
-      logical :: were_behind
+      logical :: were_behind, has_measured
       if (failure%failed()) return
-      if (.not. s%integrator%ends_at_rows .and. (any(s%measurements%crack%errors%are_known) .or. s%growing%are_there())) then
-         if (.not. has_measured_tips(s%problem, s%measurements)) &
+      has_measured = has_measured_tips(s%problem, s%measurements)
+      if (.not. s%integrator%ends_at_rows) then
+         if (.not. has_measured .and. (any(s%measurements%crack%errors%are_known) .or. s%growing%are_there() .or. &
+                                       size(s%measurements%fronts) > 0 .and. .not. s%integrator%is_static)) &
             call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure)
+         has_measured = .true.
          call book_growth(s)
+      else if (.not. has_measured .and. need_sample(s%model, s%problem, s%cracks, s%measurements, next_row(s))) then
+         call update_particles(s%problem)
+         call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure, for_waves=.true.)
+         has_measured = .true.
       end if
-      if (failure%failed() .or. .not. has_snapshot(s)) return
+      if (failure%failed()) return
+      call follow_waves(s%model, s%problem, has_measured, s%measurements)
+      if (.not. has_snapshot(s)) return
       associate (m => s%problem)
          were_behind = m%cache%operators%is_behind
          if (were_behind) then

@@ -1,5 +1,5 @@
 """What is recorded, and when, changes nothing of a run: columns are the same to the last digit with and without snapshots, with probes, and in implicit steps with
-rows at other times. Each scene had other numbers, or none, while outputs cut steps."""
+rows at other times; in explicit steps, which end at rows, where these leave the steps as they are. Each scene had other numbers, or none, while outputs cut steps."""
 
 import functools
 
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import harness
-from paths import SOLID_PROGRAM
+from paths import PROGRAM, SOLID_PROGRAM
 
 PLATE = """\
 &run plane = 'strain'  end_time = 1.0 /
@@ -72,6 +72,31 @@ SOLIDS = {"explicit": SOLID.format(growth="law = 'prescribed'  speed = 0.25  sta
           "rest": SOLID.format(growth="toughness = 1e-4  increment = 0.5", method="time = 'static'  load_steps = 4")
           .replace("&output history_interval = 3.0 /\n", "")}
 
+# Rows whose intervals are whole numbers of equal steps. Waves that cells cannot carry are sampled between rows: rows 5, 10, 20 us apart had errors of other sizes
+SLIT = """\
+&run end_time = 2.2e-4  plane = 'stress'  thickness = 0.01 /
+&grid lower = 0, 0  cell = 2.5e-3  cells = 80, 10 /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'a'  lower = 0, 0  upper = 0.2, 0.02 /
+&constraint lower = 0.1, 0  upper = 0.2, 0  fix = 'y' /
+&load kind = 'traction'  lower = 0, 0  upper = 0, 0.02  force = 0, 10 /
+&method {method} /
+&crack kind = 'symmetry'  tip = 0.1, 0 /
+&energy_release estimators = 'vcct', 'domain_integral', 'stress_closure' /
+"""
+IMPACT = """\
+&run end_time = 4e-5  plane = 'strain' /
+&grid lower = 0, 0  cell = 2e-3  cells = 25, 12 /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'a'  lower = 2e-3, 2.3e-3  upper = 22e-3, 20.4e-3  velocity = 10, 0 /
+&body material = 'a'  lower = 22.2e-3, 4e-3  upper = 42e-3, 18e-3 /
+&contact bodies = 'friction'  friction = 0.1 /
+&method frame = 'updated' /
+"""
+STILL = SOLIDS["explicit"].replace("end_time = 12", "end_time = 48").replace("&growth law = 'prescribed'  speed = 0.25  start = 5.0  direction = 'straight' /\n", "")
+DENSER = {"explicit": (SLIT.format(method="time = 'explicit'"), 5.5e-6, 1.375e-6), "implicit": (SLIT.format(method="time = 'implicit'  time_step = 1.1e-6"), 2.2e-5, 1.1e-6),
+          "contact": (IMPACT, 4e-6, 1e-6), "solid": (STILL, 3.0, 1.0), "solid, implicit": (STILL.replace("explicit'", "implicit'  time_step = 0.5").replace("48", "24"), 8.0, 0.5)}
+
 
 @pytest.fixture
 def columns(hampm, tmp_path):
@@ -120,6 +145,22 @@ def test_in_implicit_steps_rows_change_no_other(columns, more):
     assert len(every["step"]) == 101
     for settings in ("output.history_interval=3e-5",), ("output.history_interval=7.7e-5", "output.snapshot_interval=1.3e-5"), ("output.history_interval=1e-6",):
         assert differing(columns(text, *settings), every) == [], settings
+
+
+@pytest.mark.parametrize("kind", DENSER)
+def test_denser_rows_change_no_error(hampm, kind):
+    text, *intervals = DENSER[kind]
+    solid = functools.partial(hampm, program=SOLID_PROGRAM if "solid" in kind else PROGRAM)
+    solid.folder = hampm.folder
+    few, many = (harness.run(solid, text, f"output.history_interval={interval}") for interval in intervals)
+    assert len(many["time"]) > 2 * len(few["time"]) and np.ptp(many["dt"][1:]) < 1e-9 * many["dt"][1]
+    _, here, there = np.intersect1d(few["step"], many["step"], return_indices=True)
+    assert len(here) == len(few["step"])
+    errors = {name for name in few if name.endswith("_error")}
+    assert errors and all(np.nanmax(few[name]) > 0 for name in errors)
+    rounding = 0 if "implicit" in kind else 1e-6  # steps that end at rows let particles follow nodes in other sums
+    for name in few if "implicit" in kind else errors | {name[:-len("_error")] for name in errors}:
+        assert np.nanmax(np.abs(few[name][here] - many[name][there])) <= rounding * np.nanmax(np.abs(few[name])), name
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
