@@ -115,7 +115,7 @@ contains
          end do
          if (.not. allocated(v%j)) return
          j = sum(v%j)/size(v%j)
-         spread_of_j = maxval(v%j) - minval(v%j) + v%uncertainty_of_j + tip%lost_before_other()*abs(j)
+         spread_of_j = maxval(v%j) - minval(v%j) + v%uncertainty_of_j + tip%lost()*abs(j)
          apart = 0                               ! J and the interaction of a tip that grows, which sees where it is
          if (tip%grown > 0) apart = abs(v%by_fields - v%intensity)
          call follow(errors%j, j, scale, max(spread_of_j, 2*norm(apart)/max(norm(v%intensity), tiny(j))*abs(j)), time, pace)

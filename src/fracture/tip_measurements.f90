@@ -45,7 +45,7 @@ contains
             of%uncertainty = 0
             if (.not. (by%needs_nodes .and. values%has_left_node)) &
                call by%find(problem, factors, tip, p, extrapolation, of%rate, of%uncertainty, failure)
-            of%uncertainty = of%uncertainty + tip%lost_before_other()*abs(of%rate)
+            of%uncertainty = of%uncertainty + tip%lost()*abs(of%rate)
          end associate
       end do
       if (allocated(values%j)) call measure_domain(problem, factors, tip, p, state, values)
@@ -141,8 +141,7 @@ contains
                                       /energy_factors(domain%material, tip%speed)), values%domain)
          values%g_of_k = sum(values%j)/size(values%j)
       end if
-      if (.not. tip%to_other < huge(tip%to_other)) return
-      values%spread_of_k = values%spread_of_k + tip%lost_before_other()/2*norm(values%intensity)
+      values%spread_of_k = values%spread_of_k + tip%lost()/2*norm(values%intensity)
    end subroutine measure_domain
 
    !> The largest change of G by errors of K of any sign [J/m2].
