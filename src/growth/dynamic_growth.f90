@@ -521,8 +521,12 @@ contains
                else if (.not. is_opened(trim(of%direction), next(k)%intensity)) then
                   rate = 0
                end if
-               if (material%has_history .and. point%front == 0) &
+               if (material%has_history .and. point%front == 0) then
                   rate = driving_force(growing, model, cracks%tips(k), k, since, next(k))
+               else if (material%has_history .and. rate >= next(k)%toughness) then
+                  call growing%warn_once(k, 'grows by J, of which material that yields or creeps takes a part: it is too fast, '// &
+                                         'and its faces take less than their toughness. Tips of the plane know that part', message)
+               end if
                wave = rayleigh_speed(material)
                speed = min(point%speed, slower*wave)
                point%lagged_speed = followed(point%lagged_speed, speed, since, material%shear_wave_speed(), cell)

@@ -92,6 +92,12 @@ def test_a_crack_that_has_arrested_runs_again(grow):
     assert row["way"][20] > row["way"][10] + 3e-3
 
 
+def test_fronts_in_what_yields_say_that_they_follow_all_of_j(hampm3d):
+    text = strip(True, "motion").replace("density = 5000", "density = 5000  law = 'j2_plastic'  yield_stress = 2e8  volumetric = 'b_bar'")
+    assert "a front grows by J, of which material that yields or creeps takes a part" in run(hampm3d, text).said
+    assert "grows by J" not in run(hampm3d, strip(True, "motion")).said
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_growth_ends_where_the_body_does(grow, way):
     """It says so, and goes no further."""
