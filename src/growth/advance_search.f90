@@ -1,4 +1,4 @@
-!> Advance by toughness in an implicit step so long that cohesive points would fail all at once: G at the end of the step is equal
+!> Advance by toughness in an implicit step so long that bonded points would fail all at once: G at the end of the step is equal
 !> to the toughness. Trials of the step use the rule of false position on G of the trials before (Illinois: the value at an end that
 !> stays is halved each time). A tip does not move if G is below the toughness without any advance.
 module hampm_advance_search

@@ -1,4 +1,4 @@
-!> Dynamic crack growth. A tip advances within a cell that is already cut, step by step, and cohesive points fail behind it
+!> Dynamic crack growth. A tip advances within a cell that is already cut, step by step, and bonded points fail behind it
 !> (`hampm_nodal_release`). Its path is planned to a little beyond the next cell, or some cells ahead if the tip does not turn by
 !> itself. There cells are cut anew, at the angle that the mode mix gives.
 module hampm_dynamic_growth
@@ -259,7 +259,7 @@ contains
       along = along + matmul(gradient, along)
    end subroutine find_in_grid
 
-   !> Move tips in a step and fail the cohesive points behind them: after an explicit step, before an implicit one, at whose end all
+   !> Move tips in a step and fail the bonded points behind them: after an explicit step, before an implicit one, at whose end all
    !> is in equilibrium with them.
    subroutine move_tips(growing, model, m, cracks, time, dt, message)
       type(growing_t), intent(inout) :: growing
@@ -363,7 +363,7 @@ contains
       integer, intent(in) :: k                   !! number of the tip
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: most               !! that it may move [m]
-      real(dp), intent(out) :: taken             !! stored energy of cohesive points that fail [J]
+      real(dp), intent(out) :: taken             !! stored energy of bonded points that fail [J]
       real(dp) :: way, further, work
       associate (tip => cracks%tips(k), wave => rayleigh_speed(m%materials(cracks%tips(k)%material_in(m%materials))))
          way = min(growing%points(k)%trial, wave*dt, most)
@@ -383,7 +383,7 @@ contains
       end associate
    end subroutine try_advance
 
-   !> How far the release of cohesive points is ahead of a tip of law = toughness [m]. A point with a part f of its force has taken
+   !> How far the release of bonded points is ahead of a tip of law = toughness [m]. A point with a part f of its force has taken
    !> 1 - f**2 of what it takes. All of them have taken the way w of the tip if the first one keeps 1 - y, with y**2 - y**3/3 = w/l
    !> for a length l in which forces fall: y = 1 at two thirds of that, and later points have a lead of one third.
    pure real(dp) function lead_of(tip)

@@ -59,7 +59,7 @@ module hampm_growing
       real(dp) :: onset = -1                     !! when it began to move; below 0: it has not [s]
       real(dp) :: last_motion = -1               !! when it moved last [s]
       integer :: law = 0                         !! number of its present or last &growth; 0: none so far
-      real(dp) :: unloading_length = 0                      !! given speed, after arrest: unloading length of cohesive points [m]
+      real(dp) :: unloading_length = 0                      !! given speed, after arrest: unloading length of bonded points [m]
       logical :: is_running = .false.            !! of law = toughness: whether it has reached that
       logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
       real(dp) :: speed = 0                      !! of the same: recent speed [m/s]
