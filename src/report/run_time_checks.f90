@@ -46,6 +46,7 @@ module hampm_run_time_checks
    real(dp), parameter :: far_and_strained = 0.05_dp !! cells travelled times strain, to be reported [-]
    real(dp), parameter :: noticed_residual = 0.01_dp !! of the largest energy: error of the balance to be reported [-]
    real(dp), parameter :: noticed_release = 1e-6_dp !! of the largest energy, by a cell of a crack that is loaded [-]
+   real(dp), parameter :: hardly = 1e-12_dp      !! of the kinetic energy: what is rounding of it [-]
    real(dp), parameter :: noticed_part = 0.05_dp !! of the load that a single node may carry, to be reported [-]
    real(dp), parameter :: modest_strain = 0.05_dp !! around a tip, up to which K**2/E' is J to 4 %, to be reported [-]
    real(dp), parameter :: absurd_gradient = 10   !! of the displacement, which neither rotations nor materials have [-]
@@ -262,6 +263,7 @@ contains
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: far                            ! that it has been carried [m]
       real(dp) :: missing                        ! [J]
+      real(dp) :: rounding                       ! of energies, also by that of the flight [J]
       real(dp) :: noticed_rate                   ! [J/m2]
       integer :: k
       if (problem%particles%total_frame .or. is_reported(flown, warning)) return
@@ -282,8 +284,9 @@ contains
                         /(problem%grid%finest_cell*problem%particles%thickness%at(lines(1)%points(:, 1)))
       end associate
       missing = max(missing, 0.0_dp)
-      if (.not. measurements%largest_inner_energy > measurements%rounding_energy) return ! of a body without strain
-      if (.not. (missing > max(noticed_residual*measurements%largest_inner_energy, measurements%rounding_energy) &
+      rounding = max(measurements%rounding_energy, hardly*measurements%kinetic_energy)
+      if (.not. measurements%largest_inner_energy > rounding) return ! of a body without strain
+      if (.not. (missing > max(noticed_residual*measurements%largest_inner_energy, rounding) &
                  .or. any(measurements%crack%g_of_k > noticed_rate))) return
       call warn(problem%state%when()//flown//', by '//three_digits(far/problem%grid%finest_cell)//' of their sizes, and '// &
                 three_digits(missing)//' J are missing, '//three_digits(100*missing/measurements%largest_inner_energy)// &
