@@ -100,6 +100,6 @@ SCENES = [
 
 # Those whose instructions are counted, each path of a step once, and when they end then [s]
 COUNTED = {"musl, updated": 1e-4, "usavg, total": 1e-4, "musl, audit": 1e-4, "consistent, cg": 1e-5, "consistent, direct, total": 5e-5,
-           "fmpm": 5e-5, "partial, direct, total": 5e-5, "tip": 2e-5, "tip, total, usavg": 2e-5, "tip, local": 6e-5,
+           "fmpm": 5e-5, "partial, direct, total": 5e-5, "tip": 2e-5, "tip, total, usavg": 2e-5,
            "gradient": 2e-5, "zz": 5e-5, "contact": 5e-5, "line crack, tip": 5e-6, "stiff rubber": 3e-3,
            "flight, musl, updated": 2e-4}

@@ -8,8 +8,8 @@ module hampm_conditions
    use hampm_key_rows, only: key_t
    use hampm_keys, only: keys, first_key, default_count, default_value, is_text
    use hampm_kinds, only: ndim, plane, dp
-   use hampm_model, only: model_t, cuts_cells, has_shapes, cracks_cut_cells, mass_acts, path_of
-   use hampm_rule_table, only: cells_that_are_cut, cracks_that_cut_cells, tips_at_no_nodes, several_cracks, several_bodies, &
+   use hampm_model, only: model_t, cuts_cells, has_shapes, mass_acts, path_of
+   use hampm_rule_table, only: cells_that_are_cut, tips_at_no_nodes, several_cracks, several_bodies, &
                                edges_that_are_no_grid_lines, growth_by_laws_of_both_kinds, something_that_growth_scales, &
                                growth_scales_forces_beside_motions, a_shear_of_the_eigenstrain, &
                                a_fourth_value_of_the_eigenstrain, a_pressed_path_that_grows_in_motion, &
@@ -135,8 +135,6 @@ contains
       select case (feature)
        case (cells_that_are_cut)
          has = cuts_cells(model)
-       case (cracks_that_cut_cells)
-         has = cracks_cut_cells(model)
        case (a_solid)
          has = ndim > 2
        case (a_pin_without_an_axis)

@@ -6,42 +6,41 @@ module hampm_rule_table
          mechanics, no_effect_with, no_effect_without, not_built, not_with, noted_with, requires, rule_t, warned_with
    implicit none
    private
-   public :: rules, atoms, values, features, cells_that_are_cut, cracks_that_cut_cells, tips_at_no_nodes, several_cracks, &
-      several_bodies, edges_that_are_no_grid_lines, growth_by_laws_of_both_kinds, something_that_growth_scales, &
+   public :: rules, atoms, values, features, cells_that_are_cut, tips_at_no_nodes, several_cracks, several_bodies, &
+      edges_that_are_no_grid_lines, growth_by_laws_of_both_kinds, something_that_growth_scales, &
       growth_scales_forces_beside_motions, a_shear_of_the_eigenstrain, a_fourth_value_of_the_eigenstrain, &
       a_pressed_path_that_grows_in_motion, samples_apart_from_load_steps, a_body_of_it, another_body_of_that_group, &
       a_mass_matrix_that_acts, quadratic_cells_at_an_axis, cohesion_all_along_it, a_load_that_is_recorded, a_solid, a_plane, &
       a_pin_without_an_axis
 
    integer, parameter :: cells_that_are_cut = 1
-   integer, parameter :: cracks_that_cut_cells = 2
-   integer, parameter :: tips_at_no_nodes = 3
-   integer, parameter :: several_cracks = 4
-   integer, parameter :: several_bodies = 5
-   integer, parameter :: edges_that_are_no_grid_lines = 6
-   integer, parameter :: growth_by_laws_of_both_kinds = 7
-   integer, parameter :: something_that_growth_scales = 8
-   integer, parameter :: growth_scales_forces_beside_motions = 9
-   integer, parameter :: a_shear_of_the_eigenstrain = 10
-   integer, parameter :: a_fourth_value_of_the_eigenstrain = 11
-   integer, parameter :: a_pressed_path_that_grows_in_motion = 12
-   integer, parameter :: samples_apart_from_load_steps = 13
-   integer, parameter :: a_body_of_it = 14
-   integer, parameter :: another_body_of_that_group = 15
-   integer, parameter :: a_mass_matrix_that_acts = 16
-   integer, parameter :: quadratic_cells_at_an_axis = 17
-   integer, parameter :: cohesion_all_along_it = 18
-   integer, parameter :: a_load_that_is_recorded = 19
-   integer, parameter :: a_solid = 20
-   integer, parameter :: a_plane = 21
-   integer, parameter :: a_pin_without_an_axis = 22
+   integer, parameter :: tips_at_no_nodes = 2
+   integer, parameter :: several_cracks = 3
+   integer, parameter :: several_bodies = 4
+   integer, parameter :: edges_that_are_no_grid_lines = 5
+   integer, parameter :: growth_by_laws_of_both_kinds = 6
+   integer, parameter :: something_that_growth_scales = 7
+   integer, parameter :: growth_scales_forces_beside_motions = 8
+   integer, parameter :: a_shear_of_the_eigenstrain = 9
+   integer, parameter :: a_fourth_value_of_the_eigenstrain = 10
+   integer, parameter :: a_pressed_path_that_grows_in_motion = 11
+   integer, parameter :: samples_apart_from_load_steps = 12
+   integer, parameter :: a_body_of_it = 13
+   integer, parameter :: another_body_of_that_group = 14
+   integer, parameter :: a_mass_matrix_that_acts = 15
+   integer, parameter :: quadratic_cells_at_an_axis = 16
+   integer, parameter :: cohesion_all_along_it = 17
+   integer, parameter :: a_load_that_is_recorded = 18
+   integer, parameter :: a_solid = 19
+   integer, parameter :: a_plane = 20
+   integer, parameter :: a_pin_without_an_axis = 21
 
-   character(48), parameter :: features(*) = [character(48) :: 'cells that are cut', 'cracks that cut cells', &
-      'tips at no nodes', 'several cracks', 'several bodies', 'edges that are no grid lines', 'growth by laws of both kinds', &
-      'something that growth scales', 'growth scales forces beside motions', 'a shear of the eigenstrain', &
-      'a fourth value of the eigenstrain', 'a pressed path that grows in motion', 'samples apart from load steps', &
-      'a body of it', 'another body of that group', 'a mass matrix that acts', 'quadratic cells at an axis', &
-      'cohesion all along it', 'a load that is recorded', 'a solid', 'a plane', 'a pin without an axis']
+   character(48), parameter :: features(*) = [character(48) :: 'cells that are cut', 'tips at no nodes', 'several cracks', &
+      'several bodies', 'edges that are no grid lines', 'growth by laws of both kinds', 'something that growth scales', &
+      'growth scales forces beside motions', 'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
+      'a pressed path that grows in motion', 'samples apart from load steps', 'a body of it', 'another body of that group', &
+      'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it', 'a load that is recorded', 'a solid', &
+      'a plane', 'a pin without an axis']
 
    character(name_len), parameter :: values_1(*) = [character(name_len) :: 'separated', 'crack_length', 'crack_length', &
       'crack_length', 'arrested', 'load_dropped', 'crack_length', 'load_dropped', 'arrested', 'static', 'lumped', 'partial', &
