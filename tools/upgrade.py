@@ -305,7 +305,7 @@ def scalar_of(text, node):
 def new_pattern(pattern):
     """A column, perhaps with `*` and `?`, by its new name."""
     for old, new in VALUES[ESTIMATORS].items():
-        pattern = re.sub(rf"\bG_{old}(?=[_*?]|\b)", f"G_{new}", pattern)
+        pattern = re.sub(rf"\bG_{old}(?=[_*?]|\b)", f"G_{new.removesuffix('_integral')}", pattern)
     return re.sub(r"\b(J_spread|distance_from_rest)(?=_tip|[*?]|\b)", lambda found: column(found[1]), pattern)
 
 

@@ -17,7 +17,7 @@ module hampm_keys
       character(name_len) :: group = ''
       character(name_len) :: key = ''            !! its present name if `value` is given, else the old name
       character(name_len) :: value = ''          !! an old value of the key, '' where the key itself is meant
-      character(name_len) :: new = ''            !! replacement
+      character(name_len) :: new = ''            !! replacement, '' where there is none
    end type renamed_t
 
    type(renamed_t), parameter :: renames(*) = [ &
@@ -29,7 +29,7 @@ module hampm_keys
       renamed_t('method', 'mass', 'full', '''consistent'''), renamed_t('method', 'mass', 'blend', '''weighted'''), &
       renamed_t('method', 'solver', 'umfpack', '''direct'''), renamed_t('method', 'solver', 'banded', '''direct'''), &
       renamed_t('method', 'full_region', '', 'consistent_region'), renamed_t('method', 'full_lower', '', 'consistent_lower'), &
-      renamed_t('method', 'full_upper', '', 'consistent_upper'), &
+      renamed_t('method', 'full_upper', '', 'consistent_upper'), renamed_t('method', 'time_steps', '', ''), &
       renamed_t('energy_release', 'estimators', 'nodal_force', '''vcct'''), &
       renamed_t('energy_release', 'estimators', 'crack_closure', '''domain_integral'''), &
       renamed_t('energy_release', 'estimators', 'series_fit', '''domain_integral'''), &
@@ -47,6 +47,7 @@ contains
       do row = 1, size(renames)
          if (renames(row)%group /= group .or. renames(row)%key /= key .or. renames(row)%value /= value) cycle
          text = '; it is called '//trim(renames(row)%new)//' now: python3 tools/upgrade.py FILE prints the file with the new names'
+         if (renames(row)%new == '') text = '; version 3 has none of it: leave it out'
       end do
    end function renamed
 

@@ -263,6 +263,12 @@ def test_positions_are_shown_without_their_rounding(hampm, tmp_path):
     assert "0000000" not in result.stderr
 
 
+def test_a_key_that_is_gone_is_to_be_left_out(hampm, tmp_path):
+    text = changed(("'musl'", "'musl'\n  time_steps = 'local'"))
+    (tmp_path / "case.nml").write_text(text)
+    assert_refused(hampm("case.nml"), 2, f"case.nml:{line_of(text, 'time_steps')}: ", "&method has no key 'time_steps'; version 3 has none of it: leave it out")
+
+
 PLASTIC = "law = 'j2_plastic'\n  yield_stress = 1e8"
 VISCOUS = "law = 'viscoelastic'\n  moduli = 1e9\n  relaxation_times = 1.0"
 ELASTIC = "law = 'linear_elastic'"
