@@ -4,7 +4,7 @@
 !> outline represents a curve of the same area, before and after a move and after division. Kinks become arcs where the crack is
 !> convex and stay kinks elsewhere, where corners that meet are merged. Nothing heals: advances are not negative.
 module hampm_moving_front
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp
    use hampm_front, only: region_t, front_t, find_fronts, chords
    use hampm_polygon, only: area_of, clip_segment, cross, find_crossing, find_meeting, normal_of => outward_normal, side_lengths, &
                             ways_along

@@ -1,6 +1,6 @@
 !> The groups &constraint and &load, and their keys of time histories: their values in a model.
 module hampm_load_groups
-   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_kinds, only: dp, ndim
    use hampm_constraints, only: given_motion_t
    use hampm_group_values, only: constraint_keys_t, load_keys_t, take_constraint, take_load
    use hampm_settings, only: settings_t

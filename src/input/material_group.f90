@@ -1,6 +1,6 @@
 !> The group &material: the values of its keys in a model.
 module hampm_material_group
-   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_kinds, only: dp, ndim
    use hampm_group_values, only: material_keys_t, take_material
    use hampm_law, only: value_of
    use hampm_orthotropic, only: orthotropic_of, why_not_definite

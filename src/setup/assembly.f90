@@ -4,7 +4,7 @@ module hampm_assembly
    use hampm_basis, only: edge_margin
    use hampm_bodies, only: pieces_t, cut_into_pieces, fill_rectangle, fill_outline
    use hampm_constraints, only: constrain_box, hold_axis
-   use hampm_crack_placement, only: distance_in_material, body_at, held_ahead, region_in, least_radius
+   use hampm_crack_placement, only: distance_in_material, held_ahead, region_in, least_radius
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, last_point, take_planes
    use hampm_domains, only: start_domains

@@ -7,7 +7,7 @@
 !>
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapter 5 (limit points).
 module hampm_equilibrium
-   use hampm_kinds, only: dp, ndim, long
+   use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
    use hampm_archive, only: archive_t
    use hampm_balance, only: balance_t, part_t, start_t, is_in_touch
