@@ -42,7 +42,7 @@ seldom := $(addsuffix .f90,absorbing_edges archive balance bodies body_contact b
 	front front_closure front_values growth_laws indicators instant interface_placement interface_transfer interruption json kinks load_following \
 	load_sharing material_force moving_front nodal_release patch plane_cuts plane_points quadratic_children \
 	quadratic_points quadratic_tip_offset reference_step static_equilibrium supports symmetric_turns t_stress text \
-	tip_measurements version)
+	tip_measurements turned_tips version)
 # To compile what is edited, and run it, in a few seconds
 quick := -O1
 debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan

@@ -19,6 +19,7 @@ module hampm_crack_measurements
    use hampm_crack_tip_field, only: modes, tip_field_t
    use hampm_tip_domain, only: fields_at
    use hampm_tip_measurements, only: estimate_rates, error_of_rate, of_any_sign
+   use hampm_turned_tips, only: turn_t, last_turn, turn_values
    implicit none
    private
    public :: measure_crack, needs_values, record_crack
@@ -41,9 +42,18 @@ contains
       real(dp) :: at_node(modes)                 ! opening of the nodes behind the tip [m]
       type(best_t) :: best
       type(tip_field_t) :: field(2)
-      associate (p => problem%particles, grid => problem%grid, tip => cracks%tips(number))
-         if (tip%is_measured()) call estimate_rates(problem, factors_at(problem%loads, problem%state%time), tip, p, state, &
-                                                      extrapolation, values, failure, for_waves)
+      type(turn_t) :: turn
+      associate (p => problem%particles, grid => problem%grid, tip => cracks%tips(number), &
+                 factors => factors_at(problem%loads, problem%state%time))
+         if (tip%is_measured()) then
+            if (size(tip%radii) > 0) turn = last_turn(cracks, number, tip%radii(1), grid%cut_cells%lines)
+            if (abs(turn%angle) > 0) then
+               call estimate_rates(problem, factors, turn%before, p, state, extrapolation, values, failure, for_waves)
+            else
+               call estimate_rates(problem, factors, tip, p, state, extrapolation, values, failure, for_waves)
+            end if
+            call turn_values(turn, tip%speed, problem%materials(tip%material_in(problem%materials)), values)
+         end if
          values%mouth = opening_at(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, problem, p)
          if (.not. tip%is_measured()) return
          associate (behind => tip%now - tip%nodes%spacing*tip%direction)

@@ -30,6 +30,7 @@ module hampm_crack_values
       logical :: in_sets = .false.               !! whether samples of waves are taken only some of the time
       logical :: cells_divide = .false.          !! whether cells are divided in motion
       logical :: is_closed = .false.             !! whether faces behind the tip press on each other
+      logical :: is_turned = .false.             !! whether they follow from those before a sharp turn (`hampm_turned_tips`)
       real(dp) :: domain(modes) = 0              !! energy release rates, the parts of J [J/m2]
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
       real(dp) :: by_fields(modes) = 0           !! the same by the interaction integral, of growing tips beside J [Pa sqrt(m)]

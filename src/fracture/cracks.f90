@@ -18,8 +18,7 @@ module hampm_cracks
    use hampm_text, only: to_text
    implicit none
    private
-   public :: crack_t, cracks_t, first_point, last_point, archive_cracks, open_planes, take_planes
-
+   public :: crack_t, cracks_t, first_point, last_point, archive_cracks, open_planes, take_planes, toward, way_in_grid
 
    real(dp), parameter :: straight = 1e-14_dp    !! 1 less the cosine of the largest angle without a kink
 
@@ -229,14 +228,22 @@ contains
       type(line_t), intent(in) :: line
       real(dp), allocatable :: points(:, :)
       real(dp) :: out(ndim)
-      type(line_t) :: now
-      now = line
-      now%bonded(tip%end) = max(0.0_dp, line%bonded(tip%end) + line%grown(tip%end) - tip%grown)
-      allocate (points, source=toward(now%open_part(), tip%end))
+      allocate (points, source=way_in_grid(tip, line))
       tip%now = points(:, size(points, 2))
       out = tip%now - points(:, size(points, 2) - 1)
       tip%direction = out/norm(out)
    end subroutine find_in_grid
+
+   !> The points of a crack in the grid as one walks to a tip that has grown [m].
+   pure function way_in_grid(tip, line) result(points)
+      type(crack_tip_t), intent(in) :: tip
+      type(line_t), intent(in) :: line           !! of its crack there
+      real(dp), allocatable :: points(:, :)
+      type(line_t) :: now
+      now = line
+      now%bonded(tip%end) = max(0.0_dp, line%bonded(tip%end) + line%grown(tip%end) - tip%grown)
+      allocate (points, source=toward(now%open_part(), tip%end))
+   end function way_in_grid
 
    !> Plan the path of a tip in dynamic growth: the crack extends from its last point to another one, and is bonded there.
    pure subroutine plan_way(self, number, to)

@@ -26,6 +26,7 @@ module hampm_dynamic_growth
    use hampm_model, only: model_t
    use hampm_tensors, only: norm, in_plane
    use hampm_text, only: three_digits
+   use hampm_turned_tips, only: sharp
    implicit none
    private
    public :: plan_ways, move_tips, must_check, find_speeds, note_check
@@ -95,18 +96,19 @@ contains
       logical, intent(out) :: is_planned
       character(:), allocatable, intent(inout) :: message
       real(dp), allocatable :: before(:, :)
-      real(dp) :: from(ndim), to(ndim), direction(ndim), ahead(ndim), bonded, room, angle, beyond
+      real(dp) :: from(ndim), to(ndim), direction(ndim), ahead(ndim), present(ndim), bonded, room, angle, beyond
       integer :: cells, next
       logical :: at_kink, runs_through
       is_planned = .false.
       associate (tip => cracks%tips(k))
          allocate (before, source=cracks%crack(tip%crack)%points)
          bonded = cracks%crack(tip%crack)%bonded(tip%end)
+         present = cracks%end_direction(k)
          next = growing%points(k)%next_of_path
          do cells = merge(1, straight_on, of%turns()), 1, -1 ! as many as there is room for
             growing%points(k)%next_of_path = next
             from = before(:, merge(size(before, 2), 1, tip%end == last_point))
-            call choose_direction(growing, model, cracks, k, of, from, direction, angle)
+            call choose_direction(growing, model, cracks, k, of, from, direction)
             ahead = direction
             do
                call next_point(m, cracks, growing, k, of, from, direction, cells, to, beyond, at_kink)
@@ -135,7 +137,11 @@ contains
             return
          end if
          growing%points(k)%reserve = beyond
-         if (abs(angle) > strong_turn) growing%points(k)%last_turn = tip%grown
+         angle = acos(min(1.0_dp, dot_product(present, direction)))
+         if (angle > strong_turn) then
+            growing%points(k)%last_turn = tip%grown + bonded
+            growing%points(k)%is_sharp = angle > sharp
+         end if
          growing%points(k)%room = min(room, room_of_material(model, tip))
          call growing%fit_radii(k, least_radius(model), tip)
          call see_around_tips(model, cracks, tip%crack)
@@ -144,7 +150,7 @@ contains
    end subroutine plan
 
    !> Direction of a tip from the end of its planned path.
-   subroutine choose_direction(growing, model, cracks, k, of, from, direction, angle)
+   subroutine choose_direction(growing, model, cracks, k, of, from, direction)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
@@ -152,8 +158,8 @@ contains
       type(growth_t), intent(in) :: of
       real(dp), intent(in) :: from(ndim)         !! [m]
       real(dp), intent(out) :: direction(ndim)   !! unit vector
-      real(dp), intent(out) :: angle             !! to the left of where the tip points to [rad]
       real(dp) :: present(ndim), along(ndim), most
+      real(dp) :: angle                          ! to the left of where the tip points to [rad]
       type(kink_t) :: kink
       associate (tip => cracks%tips(k))
          direction = tip%axis(:, 1)
@@ -163,7 +169,6 @@ contains
             return
           case ('path')
             direction = growing%to_next_point(k, of%points, from, direction)
-            angle = atan2(dot_product(direction, tip%axis(:, 2)), dot_product(direction, tip%axis(:, 1)))
           case default
             if (growing%points(k)%n_k_samples > 0) then
                kink = growing%kink_of(model, cracks, k, of, growing%points(k)%sum_of_k/growing%points(k)%n_k_samples, 0.0_dp)
@@ -302,6 +307,7 @@ contains
                if (growing%points(k)%onset < 0) growing%points(k)%onset = time
                growing%points(k)%last_motion = time + dt
                call see_surroundings(model, tip)
+               if (growing%points(k)%is_sharp) call growing%fit_radii(k, least_radius(model), tip)
             end if
             if (tip%has_ended) tip%speed = 0
             call shrink_domains(growing, model, cracks, k, message)
@@ -463,6 +469,7 @@ contains
       do k = 1, size(cracks%tips)
          if (.not. cracks%tips(k)%is_measured()) cycle
          growing%points(k)%shear = share_of_shear(values(k))
+         if (values(k)%is_turned) cycle          ! it goes straight on until domains see its kink
          if (cracks%tips(k)%grown > 0) then
             growing%points(k)%n_k_samples = growing%points(k)%n_k_samples + 1
             growing%points(k)%sum_of_k = growing%points(k)%sum_of_k + values(k)%intensity
@@ -530,6 +537,9 @@ contains
                wave = rayleigh_speed(material)
                speed = min(point%speed, slower*wave)
                point%lagged_speed = followed(point%lagged_speed, speed, since, material%shear_wave_speed(), cell)
+               if (point%front == 0) then        ! what follows from before a turn is of its speed
+                  if (values(k)%is_turned) point%lagged_speed = speed
+               end if
                point%excess = excess_of(rate, next(k)%toughness, speed, point%lagged_speed, wave)
                point%is_running = point%is_running .or. rate >= next(k)%toughness
                point%memory = late*cell/material%shear_wave_speed()

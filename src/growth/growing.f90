@@ -74,6 +74,7 @@ module hampm_growing
       real(dp) :: sum_of_k(modes) = 0            !! sum of these samples [Pa sqrt(m)]
       real(dp) :: shear = 0                      !! mode II share of G at the last measurement [-]
       real(dp) :: last_turn = -huge(1.0_dp)      !! its advance at the last turn too strong for a domain integral [m]; below 0: none
+      logical :: is_sharp = .false.              !! whether that is so sharp that its values follow from those before it
       real(dp) :: room = 0                       !! around it for these [m]
       real(dp), allocatable :: usual_radii(:)    !! of its domain integrals [m]
       real(dp) :: booked = 0                     !! its way for which the integral of G is booked [m]
@@ -364,15 +365,19 @@ contains
       end do
    end function to_next_point
 
-   !> Give a tip its usual radii if there is room for them without a strong turn of its crack.
+   !> Give a tip its usual radii if there is room for them without a strong turn of its crack, or right behind a sharp one.
    subroutine fit_radii(self, number, least, tip)
       class(growing_t), intent(in) :: self
       integer, intent(in) :: number              !! of the tip
       real(dp), intent(in) :: least              !! radius [m]
       type(crack_tip_t), intent(inout) :: tip
       real(dp) :: most
-      most = min(self%points(number)%room, max(least, tip%grown - self%points(number)%last_turn))
-      tip%radii = fitting(self%points(number)%usual_radii, least, most)
+      associate (point => self%points(number))
+         most = tip%grown - point%last_turn
+         if (point%is_sharp .and. most < least) most = huge(most)
+         most = min(point%room, max(least, most))
+         tip%radii = fitting(point%usual_radii, least, most)
+      end associate
    end subroutine fit_radii
 
    !> As many radii as before, between the least and the largest that there may be [m].
@@ -636,6 +641,7 @@ contains
       call archive%archive_reals('fall', n, growing%points%fall)
       call archive%archive_reals('reserve', n, growing%points%reserve)
       call archive%archive_reals('last_turn', n, growing%points%last_turn)
+      call archive%archive_logicals('is_sharp', n, growing%points%is_sharp)
       call archive%archive_reals('room', n, growing%points%room)
       call archive%archive_reals('booked', n, growing%points%booked)
       call archive%archive_reals('onset', n, growing%points%onset)

@@ -27,9 +27,10 @@ def residual(history):
 @pytest.mark.parametrize(("part", "levels"), [(0.33, 0), *(pytest.param(*case, marks=pytest.mark.verify)
                                                            for case in [(0.16, 0), (0.33, 1), (0.6, 0)])])
 def test_a_crack_that_runs(hampm, part, levels):
-    """K_I of a given speed: means over a cell to 2 % (2.5 at 0.6 of Rayleigh waves, at first), momentary values to 1 %."""
+    """K_I of a given speed: means over a cell to 2 % (2.5 at 0.6 of Rayleigh waves, at first), momentary values to 1 %. K swings once a cell: a mean wants at least eight rows a cell."""
     speed = part * bench.RAYLEIGH
-    row, said = run_told(hampm, bench.plate(0.2e-3, bench.given(speed), levels=levels, audit=part == 0.33))
+    text = bench.plate(0.2e-3, bench.given(speed), levels=levels, audit=part == 0.33)
+    row, said = run_told(hampm, text.replace("history_interval = 2e-08", "history_interval = 5e-09") if part > 0.5 else text)
     error, means = bench.running(row, speed, 0.2e-3, skip=5 if part > 0.5 else 3)
     print(part, levels, means, np.mean(error), np.std(error))
     assert len(error) > 10
@@ -343,21 +344,18 @@ def mirrored(text):
 
 
 def test_the_plate_of_kalthoff(hampm):
-    """K before growth to 3.5 % of the peak with cells of 1 mm, the start at 15.85 us of the reference, and the first kink.
-
-    Bonds begin to let go at the start, and the tip moves when they have taken the toughness of one to two cells (docs/explanation/growth.md): so it moves in
-    time only in smaller cells. In the mirror image the same.
-    """
+    """K before growth to 3.5 % of the peak with cells of 1 mm, the start at 15.85 us of the reference, and the first kink, in smaller cells too. G of the short kink, which domains
+    hold together with the slit, is the toughness, and faces take that times their area. In the mirror image the same."""
     scene = bench.example("kalthoff", end_time=20e-6)
     row, _ = run_told(hampm, scene)
     errors = bench.kalthoff_errors(row)
-    begins = np.flatnonzero(row["fracture_energy"] > 0)[0]
     moves = np.flatnonzero(row["crack_length"] > 0.0500001)[0]
-    print(errors, 1e6 * row["time"][begins], 1e6 * row["time"][moves], row["tip_angle"][moves])
+    rate, taken = row["G"][moves:] / 22146, row["fracture_energy"][-1] / (22146 * (row["crack_length"][-1] - 0.05))
+    print(errors, 1e6 * row["time"][moves], row["tip_angle"][moves], rate.min(), rate.max(), taken)
     assert np.all(errors < 0.035)
-    assert 15.5e-6 < row["time"][begins] < 16.5e-6
-    assert 1 < row["fracture_energy"][moves] / (22146 * 1e-3) < 2
+    assert 15.5e-6 < row["time"][moves] < 16.5e-6
     assert row["tip_angle"][moves] == pytest.approx(77.6, abs=2)
+    assert rate[2:] == pytest.approx(1, abs=0.05) and taken == pytest.approx(1, abs=0.1)
     image, _ = run_told(hampm, mirrored(scene))
     for name, sign in (("K_I", 1), ("K_II", -1), ("crack_length", 1), ("tip_angle", -1), ("fracture_energy", 1)):
         assert sign * image[name] == pytest.approx(row[name], abs=1e-9 * np.max(np.abs(row[name]))), name
@@ -365,7 +363,7 @@ def test_the_plate_of_kalthoff(hampm):
     row, _ = run_told(hampm, fine + "&refine indicator = 'tip'  max_level = 1  rings = 10 /\n")
     moves = np.flatnonzero(row["crack_length"] > 0.0500001)[0]
     print(1e6 * row["time"][moves], row["tip_angle"][moves])
-    assert 15.5e-6 < row["time"][moves] < 17.5e-6
+    assert 15.5e-6 < row["time"][moves] < 16.5e-6
     assert row["tip_angle"][moves] == pytest.approx(77.6, abs=2)
 
 
