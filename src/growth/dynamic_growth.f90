@@ -60,9 +60,9 @@ contains
       real(dp), intent(in) :: dt                 !! of the step [s]
       logical, intent(out) :: have_planned
       character(:), allocatable, intent(inout) :: message
-      logical :: is_planned
+      logical :: is_planned(size(cracks%tips))
       integer :: k, law
-      have_planned = .false.
+      is_planned = .false.
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, k, m%state%time, dt)
          if (law == 0 .or. growing%points(k)%has_no_room) cycle
@@ -79,9 +79,16 @@ contains
                      cracks%crack(tip%crack)%bonded(tip%end)) then
                cycle
             end if
-            call plan(growing, model, m, cracks, k, of, is_planned, message)
-            have_planned = have_planned .or. is_planned
+            call plan(growing, model, m, cracks, k, of, is_planned(k), message)
          end associate
+      end do
+      have_planned = any(is_planned)
+      do k = 1, size(cracks%tips)                ! with all that has been planned: domains know no order of tips
+         if (.not. is_planned(k) .or. growing%points(k)%has_no_room) cycle
+         growing%points(k)%room = min(room_for(model, cracks, cracks%tips(k)%crack, cracks%end_place(k)), &
+                                      room_of_material(model, cracks%tips(k)))
+         call growing%fit_radii(k, least_radius(model), cracks%tips(k))
+         call see_around_tips(model, cracks, cracks%tips(k)%crack)
       end do
    end subroutine plan_ways
 
@@ -142,9 +149,6 @@ contains
             growing%points(k)%last_turn = tip%grown + bonded
             growing%points(k)%is_sharp = angle > sharp
          end if
-         growing%points(k)%room = min(room, room_of_material(model, tip))
-         call growing%fit_radii(k, least_radius(model), tip)
-         call see_around_tips(model, cracks, tip%crack)
       end associate
       is_planned = .true.
    end subroutine plan
