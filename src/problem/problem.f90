@@ -10,7 +10,7 @@ module hampm_problem
    use hampm_ghost_penalty, only: enough_alone, are_nearly_empty
    use hampm_interface_points, only: interfaces_t, cohesive, ghost, interface_energy, energy_of_rates, jumps_with_mass, &
                                      add_interface_momentum
-   use hampm_failure, only: failure_t, exit_computation
+   use hampm_failure, only: failure_t, exit_computation, exit_input
    use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
    use hampm_mass_product, only: by_mass
@@ -195,12 +195,18 @@ contains
       nodes = pack(nodes, nodes > 0)
    end function nodes_lumped_in_steps
 
+   !> Exit code of cells that do not suit the model: before the first step the input is wrong.
+   pure integer function code_of(m)
+      type(problem_t), intent(in) :: m
+      code_of = merge(exit_input, exit_computation, m%state%steps == 0)
+   end function code_of
+
    !> Fail for a piece of a cell too small to move by itself.
    subroutine report_thin_piece(m, failure)
       type(problem_t), intent(in) :: m
       type(failure_t), intent(inout) :: failure
       associate (x => m%grid%element_lower(:, m%interfaces%alone) + m%grid%leaf_size(m%interfaces%alone)/2)
-         call failure%report(exit_computation, 'the material around '//point_text(x)//' m is less than '// &
+         call failure%report(code_of(m), 'the material around '//point_text(x)//' m is less than '// &
                              to_text(enough_alone)//' of a quadratic cell wide, too narrow for dynamics. Use smaller cells, '// &
                              '&grid order = 1, or time = ''static''')
       end associate
@@ -216,7 +222,7 @@ contains
             if (point%law /= cohesive) cycle
             if (.not. m%interfaces%cohesion(point%cohesion)%turns_back(point%stiffness/(m%interfaces%thickness%at(point%place) &
                                                                                       *point%length))) cycle
-            call failure%report(exit_computation, 'the cells around ('//to_text(point%place(1))//', '//to_text(point%place(2))// &
+            call failure%report(code_of(m), 'the cells around ('//to_text(point%place(1))//', '//to_text(point%place(2))// &
                                 ') m, '//to_text(point%cell)//' m wide, are too large for the cohesive zone: faces would snap '// &
                                 'apart. Use smaller cells, or a lower &cohesive strength')
             return
