@@ -22,13 +22,13 @@ contains
 
    !> Let faces that press on each other carry their present tractions; firm ones, which do not give way, carry none. `change` is
    !> the change of the carried forces over all forces, in the mean square [-].
-   pure subroutine carry_forces(interfaces, change)
+   pure subroutine carry_forces(interfaces, near, change)
       type(interfaces_t), intent(inout) :: interfaces
+      type(nearby_t), intent(inout) :: near      !! table of their places, as in `find_points`
       real(dp), intent(out) :: change
       real(dp), parameter :: reach = 1.5_dp      ! of a mean to either side [cells]
       real(dp) :: force(ndim, interfaces%n), mean(ndim), weight, area, spare, of_all
       logical :: carries(interfaces%n)
-      type(nearby_t) :: near
       integer, allocatable :: found(:)
       integer :: k, j
       change = 0

@@ -16,6 +16,7 @@ module hampm_balance
    use hampm_failure, only: failure_t, exit_computation
    use hampm_instant, only: instant_t, save_instant, go_back_to
    use hampm_integrator, only: integrator_t
+   use hampm_nearby, only: nearby_t
    use hampm_problem, only: problem_t, stored_energy, dissipated_energy, archive_history
    use hampm_newton, only: newton_t, residual, largest_force, displace
    use hampm_outer_forces, only: outer_forces_t
@@ -208,11 +209,12 @@ contains
       type(failure_t), intent(inout) :: failure
       integer, parameter :: most = 20
       real(dp), parameter :: hardly = 1e-3_dp    ! change of the carried forces, relative
+      type(nearby_t) :: near                     ! points stay where they are
       real(dp) :: change
       integer :: turn
       if (m%interfaces%n_contact == 0) return
       do turn = 1, most
-         call carry_forces(m%interfaces, change)
+         call carry_forces(m%interfaces, near, change)
          if (change <= hardly) return
          call self%newton%balance(m, self%outer, shift, rigid_constraints, self%moved, failure)
          if (failure%failed()) return
