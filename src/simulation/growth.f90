@@ -3,8 +3,8 @@
 module hampm_growth
    use hampm_failure, only: failure_t
    use hampm_growing, only: by_cycles, by_frame, by_load, by_steps
-   use hampm_growth_at_rest, only: book_step, follow_control, grow, load_in_symmetry, load_to_onset, load_to_toughness
-   use hampm_growth_in_cycles, only: follow_cycles, grow_in_cycles, measure_cycles
+   use hampm_growth_at_rest, only: book_step, follow_control, grow, load_in_symmetry, load_to_onset
+   use hampm_growth_in_cycles, only: follow_cycles, grow_in_cycles
    use hampm_growth_in_motion, only: follow_motion, prepare_motion
    use hampm_interface_points, only: have_friction
    use hampm_rigid_motions, only: number_of_pieces
@@ -15,26 +15,16 @@ module hampm_growth
 
 contains
 
-   !> At a static start: scale the loads to the toughness.
+   !> At a static start: as after a load step.
    subroutine start_growth(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       if (s%growing%are_there()) s%growing%pieces = number_of_pieces(s%problem)
       if (.not. s%growing%is_static) return
       call measure_state(s, failure, in_passing=.true.)
-      select case (s%growing%driver)
-       case (by_frame)
-         s%growing%controlled = s%model%control%target_at(s%problem%state%time)
-         call follow_control(s, failure)
-       case (by_load)
-         call load_to_toughness(s, failure)
-         call load_to_onset(s, failure)
-         call book_step(s, failure)
-       case (by_cycles)
-         call load_to_onset(s, failure)
-         call book_step(s, failure)
-         call measure_cycles(s, s%growing%fatigue%at, failure)
-      end select
+      if (s%growing%driver == by_frame) s%growing%controlled = s%model%control%target_at(s%problem%state%time)
+      if (s%growing%driver == by_cycles) call load_to_onset(s, failure)
+      call drive(s, failure)
    end subroutine start_growth
 
    !> Before a step: let points grow in equilibrium, or prepare their advance in motion.
@@ -54,12 +44,19 @@ contains
       end select
    end subroutine prepare_growth
 
-   !> After a step: scale loads to the toughness in equilibrium, count cycles, or let points move.
+   !> After a step.
    subroutine follow_growth(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       if (failure%failed() .or. .not. s%growing%are_there()) return
       if (s%growing%is_static) call measure_state(s, failure)
+      call drive(s, failure)
+   end subroutine follow_growth
+
+   !> Scale loads to the toughness in equilibrium, count cycles, or let points move.
+   subroutine drive(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
       select case (s%growing%driver)
        case (by_frame)
          call follow_control(s, failure)
@@ -72,5 +69,5 @@ contains
        case (by_steps)
          call follow_motion(s, failure)
       end select
-   end subroutine follow_growth
+   end subroutine drive
 end module hampm_growth

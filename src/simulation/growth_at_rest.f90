@@ -29,7 +29,7 @@ module hampm_growth_at_rest
    implicit none
    private
    public :: at_load_t, grow, note_separation, turn_to_symmetry, measure_at_loads, book_step, has_fronts, &
-             load_to_toughness, load_in_symmetry, load_to_onset, follow_control
+             load_in_symmetry, load_to_onset, follow_control
 
    real(dp), parameter :: near = 1e-6_dp         !! part of the toughness, and of the controlled quantity
 

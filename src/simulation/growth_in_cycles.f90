@@ -14,7 +14,7 @@ module hampm_growth_in_cycles
    use hampm_text, only: add_line, digits_text, three_digits
    implicit none
    private
-   public :: grow_in_cycles, follow_cycles, measure_cycles
+   public :: grow_in_cycles, follow_cycles
 
 contains
 
@@ -38,7 +38,7 @@ contains
       end if
    end subroutine grow_in_cycles
 
-   !> After a load step with cycles, when all is measured: count the cycles that tips have taken for their ways.
+   !> After a load step with cycles, or at the start, when all is measured: count the cycles that tips have taken for their ways.
    subroutine follow_cycles(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -53,7 +53,8 @@ contains
       call book_step(s, failure)
       now = s%growing%fatigue%at
       call measure_cycles(s, now, failure)
-      if (failure%failed()) return
+      if (.not. any(ways > 0)) s%growing%fatigue%at = now
+      if (failure%failed() .or. .not. any(ways > 0)) return
       off = part_of_rate(s%problem, s%cracks, s%measurements)/2
       if (has_fronts(s)) then
          call follow_points()
