@@ -76,7 +76,6 @@ contains
          associate (tip => cracks%tips(k))
             if (.not. tip%has_zone .or. size(tip%radii) == 0) cycle
             if (zone_length(interfaces, tip%crack) <= minval(tip%radii)) cycle
-            if (.not. allocated(message)) message = ''
             if (index(message, what) > 0) return
             call add_line(message, 'tip '//to_text(k)//': '//what//': the zone has become longer than the smallest radius, '// &
                           to_text(minval(tip%radii))//' m; use larger &energy_release radii, or take J from the loads')

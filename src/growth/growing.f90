@@ -22,17 +22,24 @@ module hampm_growing
    use hampm_toughness, only: advance_t, direction_of
    implicit none
    private
-   public :: growing_t, growing_point_t, next_t, law_of, prescribed_advance, share_of_shear, new_growing, record_growth, &
-             note_branching, &
-              record_frame, record_place, record_onset, archive_growing, fitting, part_of_crack
+   public :: growing_t, growing_point_t, point_search_t, next_t, law_of, prescribed_advance, share_of_shear, new_growing, &
+             record_growth, note_branching, record_frame, record_place, record_onset, archive_growing, fitting, part_of_crack
 
    integer, parameter, public :: by_load = 1     !! at rest: loads are scaled until the largest G is the toughness
    integer, parameter, public :: by_frame = 2    !! at rest: as a load frame moves
    integer, parameter, public :: by_cycles = 3   !! at rest: load cycles
    integer, parameter, public :: by_steps = 4    !! in motion: steps in time
 
+   !> State of a point that trials of an implicit step (`hampm_advance_search`) leave to the next one.
+   type :: point_search_t
+      real(dp) :: trial = 0                      !! advance in a step, which is tried [m]
+      real(dp) :: fall = 0                       !! decrease of the excess with the advance; 0: not known [1/m]
+      real(dp) :: memory = 0                     !! time without motion after which it has arrested [s]
+      logical :: is_running = .false.            !! of law = toughness: whether it has reached that
+   end type point_search_t
+
    !> How a tip grows, a front of one point, or a point of a front of solids.
-   type :: growing_point_t
+   type, extends(point_search_t) :: growing_point_t
       integer :: crack = 0                       !! number of its crack
       integer :: end = 1                         !! at which end of that a tip is
       integer :: front = 0                       !! number of its front; 0: of a tip, and of fronts that have ended
@@ -51,23 +58,19 @@ module hampm_growing
       real(dp) :: place(ndim) = 0                !! place of a front point: after the last load step, or as last measured [m]
       real(dp) :: width = 0                      !! of a front point: its length of the front, last measured [m]
       ! In motion, of tips of law = toughness in implicit steps, which search for their advance
-      real(dp) :: trial = 0                      !! advance in a step, which is tried [m]
       real(dp) :: excess = 0                     !! G over the toughness, less 1, after the last step [-]
-      real(dp) :: fall = 0                       !! decrease of the excess with the advance; 0: not known [1/m]
       logical :: is_held = .false.               !! whether it can go no further in the step
       ! In motion
       real(dp) :: onset = -1                     !! when it began to move; below 0: it has not [s]
       real(dp) :: last_motion = -1               !! when it moved last [s]
       integer :: law = 0                         !! number of its present or last &growth; 0: none so far
       real(dp) :: unloading_length = 0                      !! given speed, after arrest: unloading length of bonded points [m]
-      logical :: is_running = .false.            !! of law = toughness: whether it has reached that
       logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
       real(dp) :: speed = 0                      !! of the same: recent speed [m/s]
       real(dp) :: lagged_speed = 0               !! that to which its measured G belongs [m/s]
       real(dp) :: share = 1                      !! of J that its faces take, where material dissipates [-]
       real(dp) :: work = 0                       !! of its failing points since the last search for its speed [J]
       real(dp) :: ahead = 0                      !! all work of these over the toughness, less its way [m]
-      real(dp) :: memory = 0                     !! time without motion after which it has arrested [s]
       real(dp) :: reserve = 0                    !! rest of its planned path at which the next is planned [m]
       integer :: next_of_path = 1                !! direction = path: number of the next point
       integer :: n_k_samples = 0                       !! how often K was taken since the last turn
@@ -417,7 +420,6 @@ contains
       character(:), allocatable :: text
       text = 'tip '//to_text(number)//' '//what
       if (ndim > 2) text = 'a front '//what      ! numbers are those of front points
-      if (.not. allocated(message)) message = ''
       if (index(message, text(:index(text//':', ':') - 1)) > 0) return
       call add_line(message, text)
    end subroutine warn_once

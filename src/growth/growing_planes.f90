@@ -87,7 +87,6 @@ contains
       !> Add a message about the crack, once.
       subroutine tell(what)
          character(*), intent(in) :: what
-         if (.not. allocated(message)) message = ''
          associate (text => 'crack '//to_text(number)//' '//what)
             if (index(message, text) == 0) call add_line(message, text//' at t = '//three_digits(time)//' s')
          end associate

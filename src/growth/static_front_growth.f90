@@ -109,7 +109,6 @@ contains
       !> Add a message once.
       subroutine tell(what)
          character(*), intent(in) :: what
-         if (.not. allocated(message)) message = ''
          if (index(message, what) == 0) call add_line(message, what)
       end subroutine tell
 

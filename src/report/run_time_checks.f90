@@ -22,7 +22,7 @@ module hampm_run_time_checks
    use hampm_problem, only: problem_t
    use hampm_particles, only: spacing_of
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
-   use hampm_text, only: to_text, three_digits, point_text
+   use hampm_text, only: add_line, to_text, three_digits, point_text
    use hampm_error_context, only: origin
    use hampm_ghost_penalty, only: fills_of_pieces
    implicit none
@@ -445,19 +445,14 @@ contains
    subroutine warn(text, phrase, warning)
       character(*), intent(in) :: text, phrase
       character(:), allocatable, intent(inout) :: warning
-      if (.not. allocated(warning)) then
-         warning = text
-      else if (.not. is_reported(phrase, warning)) then
-         warning = warning//new_line('a')//text
-      end if
+      if (.not. is_reported(phrase, warning)) call add_line(warning, text)
    end subroutine warn
 
    !> Whether a warning with a phrase is there.
    pure logical function is_reported(phrase, warning)
       character(*), intent(in) :: phrase
-      character(:), allocatable, intent(in) :: warning
-      is_reported = .false.
-      if (allocated(warning)) is_reported = index(warning, phrase) > 0
+      character(*), intent(in) :: warning
+      is_reported = index(warning, phrase) > 0
    end function is_reported
 
    !> Fail where the tip of a crack is no longer where it was in the material: it is fixed in the grid, and in the updated frame the

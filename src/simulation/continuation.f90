@@ -68,6 +68,7 @@ contains
       type(simulation_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
       s%model = model
+      s%warning = ''
       call assemble(model, s%problem, s%cracks, s%refinement, failure)
       call choose_integrator(model, s%integrator)
       if (.not. failure%failed()) then
@@ -94,7 +95,6 @@ contains
    subroutine archive_rest(checkpoint, s)
       type(checkpoint_t), intent(inout) :: checkpoint
       type(simulation_t), intent(inout) :: s
-      character(:), allocatable :: warning
       integer :: n, k
       call archive_refinement(s%refinement, checkpoint)
       if (s%growing%are_there()) call archive_carried(s%carried, checkpoint)
@@ -117,9 +117,6 @@ contains
       call checkpoint%serialise('number_lengths', n)
       if (checkpoint%is_read) allocate (s%lengths(n))
       call checkpoint%archive_longs('lengths', n, s%lengths)
-      warning = ''
-      if (allocated(s%warning)) warning = s%warning
-      call checkpoint%archive_text('warning', warning)
-      if (len(warning) > 0) s%warning = warning
+      call checkpoint%archive_text('warning', s%warning)
    end subroutine archive_rest
 end module hampm_continuation

@@ -76,9 +76,7 @@ contains
       !> Warn once that an increment took less than a cycle: no law of cycles there, or its constants are for other units.
       subroutine tell_fast_growth()
          character(*), parameter :: fast = 'an increment of growth has taken less than one load cycle'
-         if (allocated(s%warning)) then
-            if (index(s%warning, fast) > 0) return
-         end if
+         if (index(s%warning, fast) > 0) return
          call add_line(s%warning, s%problem%state%when()//fast//', '//three_digits(s%growing%fatigue%cycles - before)// &
                        ' of it for '//three_digits(maxval(ways))//' m, where K is '// &
                        three_digits(sqrt(maxval(sum(s%growing%fatigue%at(:modes, 1, :)**2, dim=1))))// &

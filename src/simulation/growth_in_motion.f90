@@ -81,14 +81,13 @@ contains
       type(advance_search_t) :: search
       character(:), allocatable :: warning
       logical :: is_over
-      warning = ''
       call begin_search(s%growing, s%dt, search)
       call update_particles(s%problem)
       do
          call plan_growth(s, failure)
          if (failure%failed()) return
          call s%integrator%note_start(s%problem)
-         if (allocated(s%warning)) warning = s%warning
+         warning = s%warning
          measurements = s%measurements
          cracks = s%cracks
          growing = s%growing
@@ -98,15 +97,11 @@ contains
          if (failure%failed()) return
          call follow_search(search, s%growing, s%cracks, s%dt, is_over)
          if (is_over) exit
-         growing%points%trial = s%growing%points%trial
-         growing%points%fall = s%growing%points%fall
-         growing%points%is_running = s%growing%points%is_running
-         growing%points%memory = s%growing%points%memory
+         growing%points%point_search_t = s%growing%points%point_search_t
          s%growing = growing
          s%cracks = cracks
          s%measurements = measurements
-         if (allocated(s%warning)) deallocate (s%warning)
-         if (len(warning) > 0) s%warning = warning
+         s%warning = warning
          call s%integrator%go_to_start(s%problem)
       end do
    end subroutine advance_by_trials

@@ -59,8 +59,7 @@ module hampm_simulation
       real(dp) :: largest_load = 0               !! of the samples so far, see `hampm_stopping`
       character(:), allocatable :: stopped_when  !! why it has ended before its end time; not allocated where it has not
       integer(long), allocatable :: lengths(:)   !! of the result that is continued; not allocated where a new one begins
-      character(:), allocatable :: warning       !! of the model and of the run-time checks, a line each; not allocated where
-                                                 !! no warning
+      character(:), allocatable :: warning       !! of the model and of the run-time checks, a line each
    end type simulation_t
 
 contains
@@ -75,7 +74,6 @@ contains
       integer :: k
       s%model = model
       s%warning = warnings_of(model)
-      if (s%warning == '') deallocate (s%warning)
       call assemble(model, s%problem, s%cracks, s%refinement, failure)
       call choose_integrator(model, s%integrator)
       if (failure%failed()) return
@@ -159,8 +157,7 @@ contains
    function warnings(s) result(text)
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text, other
-      text = ''
-      if (allocated(s%warning)) text = s%warning
+      text = s%warning
       other = s%refinement%warning(s%problem%state%steps, .not. s%problem%grid%forest%is_uniform())
       if (other /= '') call add_line(text, other)
    end function warnings
