@@ -1,14 +1,24 @@
-!> Points along fronts that grow in motion, of solids only. Fronts change their length and number: the points are laid anew at the
-!> hats of each measurement, with the speeds of their places.
+!> Fronts that grow in motion, of solids only. The state of a crack is that of its points. Fronts change their length and number:
+!> points are laid anew at the hats of each measurement, with the speeds of their places and the rest of their crack.
 module hampm_dynamic_front_growth
    use hampm_cracks, only: cracks_t
-   use hampm_front_values, only: front_values_t, between_hats
-   use hampm_growing, only: growing_t, growing_point_t, law_of, prescribed_advance
+   use hampm_front, only: region_t
+   use hampm_front_values, only: front_values_t, between_hats, parts_of
+   use hampm_growing, only: growing_t, growing_point_t, add_once, law_of, prescribed_advance
+   use hampm_history, only: history_t
    use hampm_kinds, only: dp, ndim
    use hampm_model, only: model_t
+   use hampm_moving_front, only: advance_region, fronts_of
+   use hampm_moving_tip, only: rayleigh_speed
+   use hampm_plane_cuts, only: find_unbonded, open_more
+   use hampm_plane_points, only: follow_fronts
+   use hampm_problem, only: problem_t
+   use hampm_text, only: to_text, three_digits
    implicit none
    private
-   public :: lay_points, advances_of_nodes
+   public :: lay_points, move_fronts, record_motion
+
+   real(dp), parameter :: standing = 1e-6_dp     !! part of the Rayleigh wave speed below which a front stands still
 
 contains
 
@@ -18,27 +28,34 @@ contains
       type(front_values_t), intent(in) :: fronts(:)
       type(growing_point_t), allocatable :: new(:)
       real(dp) :: speeds(2)
-      integer :: f, j, k
+      integer :: f, j, k, like
+      if (size(fronts) == 0) return
       allocate (new(sum([(size(fronts(f)%arc), f=1, size(fronts))])))
       k = 0
       do f = 1, size(fronts)
-         associate (front => fronts(f)%domain%front)
+         associate (front => fronts(f)%domain%front, has_ended => fronts(f)%has_ended)
+            like = findloc(growing%points%crack == front%crack .and. .not. growing%points%has_ended, .true., dim=1)
+            if (like == 0) like = findloc(growing%points%crack, front%crack, dim=1)
             do j = 1, size(fronts(f)%arc)
                k = k + 1
-               new(k)%crack = front%crack
-               new(k)%has_ended = fronts(f)%has_ended
-               new(k)%grows = growing%planes(front%crack)%grows
-               new(k)%has_stopped = growing%planes(front%crack)%has_stopped .or. new(k)%has_ended
-               if (new(k)%has_ended) cycle
-               new(k)%front = f
+               new(k) = growing%points(max(1, like))
+               new(k)%has_ended = has_ended
+               new(k)%has_stopped = new(k)%has_stopped .or. has_ended
+               new(k)%is_loose = has_ended
+               new(k)%front = merge(0, f, has_ended)
+               new(k)%width = 0
+               speeds = 0
+               if (.not. has_ended) then
+                  new(k)%place = fronts(f)%at(:, j)
+                  new(k)%material = fronts(f)%material(j)
+                  speeds = speeds_there(growing%points, f, front%is_closed, fronts(f)%arc(j)/front%length, new(k)%place)
+               end if
                new(k)%is_closed = front%is_closed
-               new(k)%place = fronts(f)%at(:, j)
-               new(k)%material = fronts(f)%material(j)
-               speeds = speeds_there(growing%points, f, front%is_closed, fronts(f)%arc(j)/front%length, new(k)%place)
                new(k)%speed = speeds(1)
                new(k)%lagged_speed = speeds(2)
                new(k)%is_running = speeds(1) > 0
             end do
+            if (.not. has_ended) new(k - size(fronts(f)%arc) + 1:k)%width = front%length*parts_of(fronts(f))
          end associate
       end do
       call move_alloc(new, growing%points)
@@ -67,14 +84,66 @@ contains
       end if
    end function speeds_there
 
-   !> Advances of the nodes of all fronts of a crack in a step [m].
-   function advances_of_nodes(growing, model, cracks, number, time, step) result(advances)
-      type(growing_t), intent(in) :: growing
+   !> Advance the fronts in a step and release the interface points behind them: after an explicit step, before an implicit one,
+   !> which ends in balance with them.
+   subroutine move_fronts(growing, model, m, cracks, time, step, message)
+      type(growing_t), intent(inout) :: growing
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(inout) :: m
+      type(cracks_t), intent(inout) :: cracks
+      real(dp), intent(in) :: time, step         !! at its start [s]
+      character(:), allocatable, intent(inout) :: message
+      real(dp), allocatable :: advances(:)       ! of the nodes of all fronts of a crack [m]
+      real(dp) :: released
+      integer, allocatable :: of(:)              ! points of a crack
+      integer :: before(3), now(3), k, j
+      logical :: have_moved, meets_itself
+      have_moved = .false.
+      do k = 1, size(model%planes)
+         of = pack([(j, j=1, size(growing%points))], growing%points%crack == k)
+         if (.not. any([(growing%is_growing(of(j)), j=1, size(of))])) then
+            growing%points(of)%speed = 0
+            cycle
+         end if
+         call find_advances(growing, model, cracks, k, time, step, advances)
+         before = ends_of(cracks, k)
+         call advance_region(cracks%regions(k), pack(cracks%fronts, cracks%fronts%crack == k), advances, meets_itself)
+         m%grid%planes(k)%region_t = cracks%regions(k)
+         have_moved = have_moved .or. any(advances > 0)
+         call find_unbonded(m%grid%planes(k), m%grid%forest)
+         call fronts_of(cracks%regions, cracks%fronts)
+         now = ends_of(cracks, k)
+         if (maxval([0.0_dp, advances]) > standing*rayleigh_speed(m%materials(1))*step .and. .not. meets_itself) then
+            where (growing%points%crack == k .and. growing%points%onset < 0) growing%points%onset = time
+            growing%points(of)%last_motion = time + step
+         end if
+         associate (name => 'crack '//to_text(k), at => ' at t = '//three_digits(time)//' s')
+            if (meets_itself) then
+               call growing%stop_points(of, 'its front has met itself around a part that is not cracked', message, name, at)
+            else if (now(1) == 0) then
+               call growing%stop_points(of, 'has run through'//trim(merge(', or to holes', '             ', &
+                                                     allocated(cracks%regions(k)%bodies))), message, name, at, have_ended=.true.)
+            else if (any(now(:2) /= before(:2))) then
+               call add_once(message, name//' has met a side of the material, or its fronts have met', at)
+            else if (now(3) > before(3)) then
+               call add_once(message, name//' has come to the wall of a hole, and its front ends there', at)
+            end if
+         end associate
+      end do
+      if (.not. have_moved) return
+      call follow_fronts(m%interfaces, m%matter_t, m%interfaces%are_bounded, released)
+      m%energies%fracture_energy = m%energies%fracture_energy + released
+      if (open_more(m%grid%planes, m%grid%forest)) growing%must_cut = .true.
+   end subroutine move_fronts
+
+   !> Find the advances of the nodes of all fronts of a crack in a step [m].
+   subroutine find_advances(growing, model, cracks, number, time, step, advances)
+      type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: number              !! of the crack
       real(dp), intent(in) :: time, step         !! [s]
-      real(dp), allocatable :: advances(:)
+      real(dp), allocatable, intent(out) :: advances(:)
       real(dp) :: given, speeds(2)
       integer :: law, f, k
       logical :: by_toughness
@@ -82,6 +151,9 @@ contains
       by_toughness = .false.
       if (law > 0) by_toughness = .not. model%growth(law)%law%gives_speed()
       given = prescribed_advance(model, number, 1, time, step)
+      if (.not. by_toughness) then
+         where (growing%points%crack == number) growing%points%speed = given/step
+      end if
       speeds = 0
       allocate (advances(0))
       do f = 1, size(cracks%fronts)
@@ -94,5 +166,31 @@ contains
             end do
          end associate
       end do
-   end function advances_of_nodes
+   end subroutine find_advances
+
+   !> Number of fronts of a crack, of those with ends on sides, and of ends at the walls of holes.
+   pure function ends_of(cracks, number) result(ends)
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: number              !! of the crack
+      integer :: ends(3), f, w
+      ends = 0
+      do f = 1, size(cracks%fronts)
+         associate (front => cracks%fronts(f), walls => cracks%regions(number)%walls)
+            if (front%crack /= number .or. front%n() == 0) cycle
+            ends = ends + [1, merge(0, 1, front%is_closed), &
+                           count([(walls(w)%is_hole .and. front%ends_at(walls(w)), w=1, size(walls))])]
+         end associate
+      end do
+   end function ends_of
+
+   !> Record how a crack stands.
+   subroutine record_motion(points, region, history)
+      type(growing_point_t), intent(in) :: points(:) !! of the crack
+      type(region_t), intent(in) :: region
+      type(history_t), intent(inout) :: history
+      call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', region%cracked_area())
+      call history%record('front_speed', 'm/s', 'speed at which its fronts grow, mean', &
+                          sum(points%width*points%speed)/max(sum(points%width), tiny(1.0_dp)))
+      call history%record('front_speed_largest', 'm/s', 'the largest along them', maxval(points%speed))
+   end subroutine record_motion
 end module hampm_dynamic_front_growth

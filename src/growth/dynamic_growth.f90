@@ -8,7 +8,6 @@ module hampm_dynamic_growth
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t, last_point
-   use hampm_interface_points, only: interface_energy
    use hampm_equation_of_motion, only: speed_by_toughness, excess_of, followed
    use hampm_forest, only: outside
    use hampm_front_values, only: front_values_t
@@ -51,18 +50,17 @@ module hampm_dynamic_growth
 
 contains
 
-   !> Before a step: plan paths of tips that have reached the end of their plan. `have_planned`: cells have to be cut.
-   subroutine plan_ways(growing, model, m, cracks, dt, have_planned, message)
+   !> Before a step: plan paths of tips that have reached the end of their plan.
+   subroutine plan_ways(growing, model, m, cracks, dt, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: m
       type(cracks_t), intent(inout) :: cracks
       real(dp), intent(in) :: dt                 !! of the step [s]
-      logical, intent(out) :: have_planned
       character(:), allocatable, intent(inout) :: message
-      logical :: is_planned(size(cracks%tips))
+      logical :: has_planned(size(cracks%tips))
       integer :: k, law
-      is_planned = .false.
+      has_planned = .false.
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, k, m%state%time, dt)
          if (law == 0 .or. growing%points(k)%has_no_room) cycle
@@ -79,12 +77,12 @@ contains
                      cracks%crack(tip%crack)%bonded(tip%end)) then
                cycle
             end if
-            call plan(growing, model, m, cracks, k, of, is_planned(k), message)
+            call plan(growing, model, m, cracks, k, of, message)
+            has_planned(k) = .not. growing%points(k)%has_no_room
          end associate
       end do
-      have_planned = any(is_planned)
       do k = 1, size(cracks%tips)                ! with all that has been planned: domains know no order of tips
-         if (.not. is_planned(k) .or. growing%points(k)%has_no_room) cycle
+         if (.not. has_planned(k)) cycle
          growing%points(k)%room = min(room_for(model, cracks, cracks%tips(k)%crack, cracks%end_place(k)), &
                                       room_of_material(model, cracks%tips(k)))
          call growing%fit_radii(k, least_radius(model), cracks%tips(k))
@@ -92,21 +90,19 @@ contains
       end do
    end subroutine plan_ways
 
-   !> Plan the way of a tip to a little beyond the next cell, unless it would come too near to something.
-   subroutine plan(growing, model, m, cracks, k, of, is_planned, message)
+   !> Plan the way of a tip to a little beyond the next cell, unless it would come too near to something, and ask to cut cells.
+   subroutine plan(growing, model, m, cracks, k, of, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: m
       type(cracks_t), intent(inout) :: cracks
       integer, intent(in) :: k
       type(growth_t), intent(in) :: of
-      logical, intent(out) :: is_planned
       character(:), allocatable, intent(inout) :: message
       real(dp), allocatable :: before(:, :)
       real(dp) :: from(ndim), to(ndim), direction(ndim), ahead(ndim), present(ndim), bonded, room, angle, beyond
       integer :: cells, next
       logical :: at_kink, runs_through
-      is_planned = .false.
       associate (tip => cracks%tips(k))
          allocate (before, source=cracks%crack(tip%crack)%points)
          bonded = cracks%crack(tip%crack)%bonded(tip%end)
@@ -137,9 +133,9 @@ contains
             if (runs_through) then
                if (norm(to - from) > m%grid%forest%tolerance()) call cracks%plan_way(k, to)
                call plan_end(model, cracks, k)
-               is_planned = .true.
+               growing%must_cut = .true.
             else if (.not. bonded > 0) then
-               call growing%stop_tip(k, why_it_stops(model, cracks, k), message)
+               call growing%stop_points([k], why_it_stops(model, cracks, k), message)
             end if
             return
          end if
@@ -150,7 +146,7 @@ contains
             growing%points(k)%is_sharp = angle > sharp
          end if
       end associate
-      is_planned = .true.
+      growing%must_cut = .true.
    end subroutine plan
 
    !> Direction of a tip from the end of its planned path.
@@ -278,9 +274,8 @@ contains
       real(dp), intent(in) :: time               !! at its start [s]
       real(dp), intent(in) :: dt                 !! its length [s]
       character(:), allocatable, intent(inout) :: message
-      real(dp) :: way, taken, most(size(cracks%tips)), before, grown
+      real(dp) :: way, taken, most(size(cracks%tips)), grown
       integer :: k, law
-      before = interface_energy(m%interfaces) + m%energies%fracture_energy
       most = largest_advances(growing, model, cracks, time, dt)
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, k, time, dt)
@@ -322,16 +317,14 @@ contains
          if (law == 0) cycle
          associate (of => model%growth(law), crack => cracks%crack(cracks%tips(k)%crack))
             if (of%max_length > 0 .and. crack%length() >= of%max_length*(1 - 1e-9_dp)) then
-               call growing%stop_tip(k, 'the crack has its max_length', message)
+               call growing%stop_points([k], 'the crack has its max_length', message)
             else if (cracks%tips(k)%has_ended) then
                call end_tips(growing, model, cracks, message)
             else if (growing%points(k)%has_no_room .and. .not. crack%bonded(cracks%tips(k)%end) > 0) then
-               call growing%stop_tip(k, why_it_stops(model, cracks, k), message)
+               call growing%stop_points([k], why_it_stops(model, cracks, k), message)
             end if
          end associate
       end do
-      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - &
-         (interface_energy(m%interfaces) + m%energies%fracture_energy - before)
    end subroutine move_tips
 
    !> Largest advance of each tip in a step [m], up to the end of its planned path. The tips of a crack share the rest of its

@@ -11,8 +11,7 @@ module hampm_growing
    use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: fatigue_t, new_fatigue, record_cycle, archive_fatigue
-   use hampm_front_values, only: front_values_t
-   use hampm_growing_planes, only: growing_plane_t, new_growing_planes, archive_planes
+   use hampm_front_values, only: front_values_t, parts_of
    use hampm_history, only: history_t
    use hampm_kinks, only: kink_t, best_kink, is_opened, kink_angle
    use hampm_load_work, only: load_state_t, archive_load_state
@@ -23,7 +22,8 @@ module hampm_growing
    implicit none
    private
    public :: growing_t, growing_point_t, point_search_t, next_t, law_of, prescribed_advance, share_of_shear, new_growing, &
-             record_growth, note_branching, record_frame, record_place, record_onset, archive_growing, fitting, part_of_crack
+             record_growth, note_branching, record_frame, record_place, record_onset, archive_growing, fitting, &
+             part_of_crack, add_once
 
    integer, parameter, public :: by_load = 1     !! at rest: loads are scaled until the largest G is the toughness
    integer, parameter, public :: by_frame = 2    !! at rest: as a load frame moves
@@ -42,7 +42,7 @@ module hampm_growing
    type, extends(point_search_t) :: growing_point_t
       integer :: crack = 0                       !! number of its crack
       integer :: end = 1                         !! at which end of that a tip is
-      integer :: front = 0                       !! number of its front; 0: of a tip, and of fronts that have ended
+      integer :: front = 0                       !! number of its front; 0: of a tip, in motion of fronts that have ended too
       logical :: is_closed = .false.             !! whether that had no ends
       integer :: material = 0                    !! number of its material, in motion
       logical :: grows = .false.                 !! whether there is a &growth for it
@@ -61,8 +61,8 @@ module hampm_growing
       real(dp) :: excess = 0                     !! G over the toughness, less 1, after the last step [-]
       logical :: is_held = .false.               !! whether it can go no further in the step
       ! In motion
-      real(dp) :: onset = -1                     !! when it began to move; below 0: it has not [s]
-      real(dp) :: last_motion = -1               !! when it moved last [s]
+      real(dp) :: onset = -1                     !! when it, or a front of its crack, began to move; below 0: it has not [s]
+      real(dp) :: last_motion = -1               !! when it, or a front of its crack, moved last [s]
       integer :: law = 0                         !! number of its present or last &growth; 0: none so far
       real(dp) :: unloading_length = 0                      !! given speed, after arrest: unloading length of bonded points [m]
       logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
@@ -100,7 +100,6 @@ module hampm_growing
    !> All that grows.
    type :: growing_t
       type(growing_point_t), allocatable :: points(:) !! all tips, then points of fronts; not allocated without any &growth
-      type(growing_plane_t), allocatable :: planes(:) !! cracks in planes, of solids in motion
       integer :: driver = by_steps               !! of growth
       logical :: is_static = .false.             !! whether tips advance by increments, under loads that are scaled
       ! Static growth
@@ -125,7 +124,7 @@ module hampm_growing
       logical :: is_implicit = .false.           !! whether tips of law = toughness search for their advance, in implicit steps
       integer(long) :: searched = -1             !! steps before the last search for speeds; below 0: none
       real(dp) :: integral = 0                   !! of G over the new area [J]
-      logical :: has_new_end = .false.           !! whether a tip has ended in this step, for which cells are to be cut anew
+      logical :: must_cut = .false.              !! whether cells are to be cut anew, where ways are planned or end, or fronts move
       integer :: pieces = 0                      !! in how many all material was at the start
       logical :: is_adrift = .false.             !! whether a separated piece moves with the load frame and carries no load
       real(dp) :: separated = -1                 !! time at which a crack has separated a body; below 0: not yet [s]
@@ -140,7 +139,7 @@ module hampm_growing
       procedure :: kink_of
       procedure :: to_next_point
       procedure :: fit_radii
-      procedure :: stop_tip
+      procedure :: stop_points
       procedure, nopass :: warn_once
       procedure, nopass :: warn_of_waiting
    end type growing_t
@@ -317,13 +316,15 @@ contains
       growing%have_onsets = size(model%nucleations) > 0
       if (size(model%growth) == 0 .and. .not. growing%have_onsets) return
       growing%is_static = any(model%growth%law%is_static) .or. growing%have_onsets
-      growing%is_implicit = model%method%time == 'implicit' .and. size(model%planes) == 0
-      if (size(model%planes) > 0 .and. .not. growing%is_static) growing%planes = new_growing_planes(model, cracks)
       n = size(cracks%tips)
+      growing%is_implicit = model%method%time == 'implicit' .and. n > 0
       allocate (growing%points(n + sum([(size(fronts(k)%arc), k=1, size(fronts))])))
       do k = 1, size(fronts)
          i = size(fronts(k)%arc)
          growing%points(n + 1:n + i)%crack = fronts(k)%domain%front%crack
+         growing%points(n + 1:n + i)%front = k
+         growing%points(n + 1:n + i)%is_closed = fronts(k)%domain%front%is_closed
+         growing%points(n + 1:n + i)%width = fronts(k)%domain%front%length*parts_of(fronts(k))
          growing%points(n + 1:n + i)%law = findloc(model%growth%path, fronts(k)%domain%front%crack, dim=1)
          n = n + i
       end do
@@ -402,15 +403,40 @@ contains
       part = merge(0.5_dp, 1.0_dp, tip%is_half())
    end function part_of_crack
 
-   !> Note that a tip stops.
-   subroutine stop_tip(self, number, why, message)
+   !> Stop points permanently, and say why once, or how they have ended: they are no longer tips, or points of a front.
+   subroutine stop_points(self, points, why, message, name, at, have_ended)
       class(growing_t), intent(inout) :: self
-      integer, intent(in) :: number
+      integer, intent(in) :: points(:)           !! their numbers
       character(*), intent(in) :: why
       character(:), allocatable, intent(inout) :: message !! to the user, a line each
-      self%points(number)%has_stopped = .true.
-      call warn_once(number, 'no longer grows: '//why, message)
-   end subroutine stop_tip
+      character(*), intent(in), optional :: name !! of their front or crack; default: that of the tip
+      character(*), intent(in), optional :: at   !! end of the message
+      logical, intent(in), optional :: have_ended
+      character(:), allocatable :: text
+      self%points(points)%has_stopped = .true.
+      text = ' no longer grows: '//why
+      if (present(have_ended)) then
+         self%points(points)%has_ended = .true.
+         text = ' '//why
+      else
+         self%points(points)%advance = 0
+      end if
+      if (present(name)) then
+         call add_once(message, name//text, at)
+      else
+         call warn_once(points(1), text(2:), message)
+      end if
+   end subroutine stop_points
+
+   !> Add a line, with more at its end, unless its beginning up to a colon is there already.
+   pure subroutine add_once(text, line, more)
+      character(:), allocatable, intent(inout) :: text
+      character(*), intent(in) :: line
+      character(*), intent(in), optional :: more
+      if (index(text, line(:index(line//':', ':') - 1)) > 0) return
+      call add_line(text, line)
+      if (present(more)) text = text//more
+   end subroutine add_once
 
    !> Note something of a tip, once.
    subroutine warn_once(number, what, message)
@@ -420,8 +446,7 @@ contains
       character(:), allocatable :: text
       text = 'tip '//to_text(number)//' '//what
       if (ndim > 2) text = 'a front '//what      ! numbers are those of front points
-      if (index(message, text(:index(text//':', ':') - 1)) > 0) return
-      call add_line(message, text)
+      call add_once(message, text)
    end subroutine warn_once
 
    !> Note that a tip, or a front, waits in static growth.
@@ -592,12 +617,8 @@ contains
       call archive%section('growth')
       call archive%serialise('points', n)
       if (archive%failure%failed()) return
-      if (archive%is_read .and. allocated(growing%planes)) then
-         deallocate (growing%points)
-         allocate (growing%points(n))
-      else if (n > size(growing%points)) then
-         call growing%add_points(spread(size(growing%points), 1, n - size(growing%points)))
-      end if
+      if (n > size(growing%points)) call growing%add_points(spread(size(growing%points), 1, n - size(growing%points)))
+      if (n < size(growing%points)) growing%points = growing%points(:n)
       call archive%serialise('load_factor', growing%load_factor)
       call archive%serialise('work', growing%work)
       if (growing%is_static) call archive_load_state(growing%loads, archive)
@@ -613,16 +634,13 @@ contains
       call archive%serialise('pieces', growing%pieces)
       call archive%serialise('separated', growing%separated)
       call archive%serialise('is_adrift', growing%is_adrift)
-      if (allocated(growing%planes)) then
-         call archive_planes(growing%planes, archive)
-         call archive%archive_logicals('grows', n, growing%points%grows)
-         call archive%archive_logicals('is_closed', n, growing%points%is_closed)
-         call archive%archive_integers('crack', n, growing%points%crack)
-         call archive%archive_integers('front', n, growing%points%front)
-         do k = 1, ndim
-            call archive%archive_reals('place_'//to_text(k), n, growing%points%place(k))
-         end do
-      end if
+      call archive%archive_logicals('grows', n, growing%points%grows)
+      call archive%archive_logicals('is_closed', n, growing%points%is_closed)
+      call archive%archive_integers('crack', n, growing%points%crack)
+      call archive%archive_integers('front', n, growing%points%front)
+      do k = 1, ndim
+         call archive%archive_reals('place_'//to_text(k), n, growing%points%place(k))
+      end do
       call archive%archive_logicals('has_stopped', n, growing%points%has_stopped)
       call archive%archive_logicals('has_ended', n, growing%points%has_ended)
       call archive%archive_logicals('is_loose', n, growing%points%is_loose)

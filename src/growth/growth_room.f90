@@ -307,15 +307,13 @@ contains
                growing%points(k)%has_no_room = .true.
             end if
             if (growing%points(k)%has_ended .or. .not. tip%has_ended) cycle
-            growing%points(k)%has_ended = .true.
-            growing%has_new_end = .true.
-            growing%points(k)%has_stopped = .true.
+            growing%must_cut = .true.
             tip%speed = 0
             if (runs) then
-               call growing%warn_once(k, 'has run through to '//what_is_there(tip%crack, tip%place)//': its crack ends there, '// &
-                                     'at '//shown(tip%place), message)
+               call growing%stop_points([k], 'has run through to '//what_is_there(tip%crack, tip%place)//': its crack ends '// &
+                                        'there, at '//shown(tip%place), message, have_ended=.true.)
             else
-               call growing%warn_once(k, 'has ended: another crack has come to it', message)
+               call growing%stop_points([k], 'has ended: another crack has come to it', message, have_ended=.true.)
             end if
          end associate
       end do

@@ -17,14 +17,14 @@ module hampm_static_front_growth
    use hampm_fatigue, only: advances_of
    use hampm_front, only: front_t, region_t
    use hampm_front_values, only: front_values_t, part_along, between_hats, parts_of, place_hats
-   use hampm_growing, only: growing_t, next_t
+   use hampm_growing, only: growing_t, next_t, add_once
    use hampm_lapack, only: dposv
    use hampm_law, only: value_of
    use hampm_load_search, only: nothing
    use hampm_model, only: model_t
    use hampm_moving_front, only: advance_region, fronts_of
    use hampm_history, only: history_t
-   use hampm_text, only: add_line, to_text
+   use hampm_text, only: to_text
    implicit none
    private
    public :: advance_points, at_points, even_out_points, record_points
@@ -83,7 +83,7 @@ contains
          call reach_sides(cracks%regions(c), cracks%fronts(of_crack), &
                           maxval([to_walls*finest_cell(model), model%energy_release%radii]), of_nodes, have_met)
          do i = 1, size(of_crack)
-            if (have_met(i) > 0) call tell(name_of(of_crack(i))//' has '//trim(merge('met a side                ', &
+            if (have_met(i) > 0) call add_once(message, name_of(of_crack(i))//' has '//trim(merge('met a side                ', &
                'come to the wall of a hole', have_met(i) == a_side))//', and ends there as far as it goes on')
          end do
          before_it = cracks
@@ -96,21 +96,15 @@ contains
             call stop_fronts('a step further it has less than two of the finest cells to another front or '// &
                              'less than six to a load, or two to a hole beside its plane')
          else
-            call note_ends
+            call end_fronts
          end if
       end do
       do f = size(fronts) + 1, size(cracks%fronts)
-         call place_points(growing, cracks%fronts(f))
+         call place_points(growing, f, cracks%fronts(f))
       end do
       have_moved = any(growing%points%advance > 0)
 
    contains
-
-      !> Add a message once.
-      subroutine tell(what)
-         character(*), intent(in) :: what
-         if (index(message, what) == 0) call add_line(message, what)
-      end subroutine tell
 
       !> A front in words.
       function name_of(number) result(name)
@@ -147,53 +141,45 @@ contains
          end associate
       end function has_room
 
-      !> Points of a front.
-      pure function are_of(number) result(are)
+      !> Numbers of the points of a front.
+      pure function points_of(number) result(points)
          integer, intent(in) :: number
-         logical :: are(size(growing%points))
-         integer :: f
-         are = [(spread(f == number, 1, size(fronts(f)%arc)), f=1, size(fronts))]
-      end function are_of
+         integer, allocatable :: points(:)
+         integer :: k
+         points = pack([(k, k=1, size(growing%points))], growing%points%front == number)
+      end function points_of
 
       !> Stop fronts of the crack permanently.
       subroutine stop_fronts(why)
          character(*), intent(in) :: why
          do i = 1, size(of_crack)
-            where (are_of(of_crack(i)))
-               growing%points%has_stopped = .true.
-               growing%points%advance = 0
-            end where
-            if (cracks%fronts(of_crack(i))%n() > 0) call tell(name_of(of_crack(i))//' no longer grows: '//why)
+            if (cracks%fronts(of_crack(i))%n() > 0) &
+               call growing%stop_points(points_of(of_crack(i)), why, message, name_of(of_crack(i)))
          end do
       end subroutine stop_fronts
 
-      !> Note which fronts of the crack have ended, and which are new.
-      subroutine note_ends
+      !> Find which fronts of the crack have ended, and which are new.
+      subroutine end_fronts
+         character(:), allocatable :: how
          logical :: is_left
          is_left = any([(cracks%fronts(f)%crack == c .and. cracks%fronts(f)%n() > 0, f=1, size(cracks%fronts))])
          do i = 1, size(of_crack)
             if (cracks%fronts(of_crack(i))%n() > 0 .or. before_it%fronts(of_crack(i))%n() == 0) cycle
-            where (are_of(of_crack(i)))
-               growing%points%has_stopped = .true.
-               growing%points%has_ended = .true.
-            end where
-            if (have_met(i) == a_wall) then
-               call tell(name_of(of_crack(i))//' has come to holes with all of its length, and has ended')
-            else if (is_left) then
-               call tell(name_of(of_crack(i))//' has run through, or become part of another')
-            else
-               call tell(name_of(of_crack(i))//' has run through all of the material')
-            end if
+            how = 'has run through all of the material'
+            if (is_left) how = 'has run through, or become part of another'
+            if (have_met(i) == a_wall) how = 'has come to holes with all of its length, and has ended'
+            call growing%stop_points(points_of(of_crack(i)), how, message, name_of(of_crack(i)), have_ended=.true.)
          end do
          do f = size(before_it%fronts) + 1, size(cracks%fronts)
-            call tell(name_of(f)//' is new, where another has divided, and is in no column')
+            call add_once(message, name_of(f)//' is new, where another has divided, and is in no column')
          end do
-      end subroutine note_ends
+      end subroutine end_fronts
    end subroutine advance_points
 
    !> Give a new front its points, as copies of the nearest ones; they share the earlier length of these.
-   subroutine place_points(growing, front)
+   subroutine place_points(growing, number, front)
       type(growing_t), intent(inout) :: growing
+      integer, intent(in) :: number              !! of the front
       type(front_t), intent(in) :: front
       type(front_values_t) :: values
       real(dp) :: away(size(growing%points))       ! [m]
@@ -210,6 +196,7 @@ contains
       do j = 1, size(like)
          growing%points(before + j)%place = values%at(:, j)
       end do
+      growing%points(before + 1:)%front = number
       growing%points(before + 1:)%width = 0
    end subroutine place_points
 

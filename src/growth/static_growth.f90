@@ -103,7 +103,7 @@ contains
             length = max(part_of_increment(attempts(k))*growing%part*wanted(k), min(wanted(k), least(k)))
             if (law%direction == 'straight') length = growing%part*wanted(k) ! no kink is in the way of a domain integral
             if (law%max_length > 0 .and. cracks%crack(tip%crack)%length() + length > law%max_length*(1 + 1e-9_dp)) then
-               call growing%stop_tip(k, 'the crack has its max_length', message)
+               call growing%stop_points([k], 'the crack has its max_length', message)
                return
             end if
             angle = next(k)%kink
@@ -126,10 +126,10 @@ contains
                              length + 2*least_radius(model), to, runs_through)
                way = matmul(to - tip%place, tip%axis)
                if (.not. runs_through) then
-                  call growing%stop_tip(k, why, message)
+                  call growing%stop_points([k], why, message)
                else if (law%max_length > 0 .and. &
                         cracks%crack(tip%crack)%length() + norm(way) > law%max_length*(1 + 1e-9_dp)) then
-                  call growing%stop_tip(k, 'the crack has its max_length', message)
+                  call growing%stop_points([k], 'the crack has its max_length', message)
                else
                   growing%points(k)%advance = norm(way)
                   call cracks%extend(k, norm(way), atan2(way(2), way(1)))
@@ -236,9 +236,9 @@ contains
                call growing%warn_once(tip, 'has K_II in any direction in one load step at least: where it was seen first, '// &
                                      part_of_two(k)//'. In finer cells there may be less', message)
             else
-               call growing%stop_tip(tip, 'by '//length_text(growing%points(tip)%advance)//' m, two of the finest cells, it '// &
-                                     'has K_II in any direction: '//part_of_two(k)//'. In finer cells increments may be smaller', &
-                                     message)
+               call growing%stop_points([tip], 'by '//length_text(growing%points(tip)%advance)//' m, two of the finest cells, '// &
+                                        'it has K_II in any direction: '//part_of_two(k)//'. In finer cells increments may be '// &
+                                        'smaller', message)
             end if
          end associate
       end do

@@ -240,18 +240,18 @@ contains
       end associate
    end subroutine add_points_of_nodes
 
-   !> Let the points follow fronts that have moved, before a step. `dropped` is the decrease of their stored energy, `released` the
-   !> work of the released forces: in an explicit step, with mid-step velocities, by the mean of this opening and the last one; else
-   !> by the opening at its start, to which `late_release` is added at its end.
-   pure subroutine follow_fronts(interfaces, m, is_explicit, dropped, released)
+   !> Let the points follow fronts that have moved, before a step. `released` is the work of the released forces: in an explicit
+   !> step, with mid-step velocities, by the mean of this opening and the last one; else by the opening at its start, to which
+   !> `late_release` is added at its end.
+   pure subroutine follow_fronts(interfaces, m, is_explicit, released)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       logical, intent(in) :: is_explicit
-      real(dp), intent(out) :: dropped, released !! [J]
+      real(dp), intent(out) :: released          !! [J]
       real(dp) :: area, middle(2), x(2)
       integer :: k, level
-      dropped = interface_energy(interfaces)
       released = 0
+      if (.not. is_explicit) released = interface_energy(interfaces)
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
             if (point%plane == 0) cycle
@@ -272,8 +272,7 @@ contains
             point%area = min(area, point%area)
          end associate
       end do
-      dropped = dropped - interface_energy(interfaces)
-      if (.not. is_explicit) released = dropped
+      if (.not. is_explicit) released = released - interface_energy(interfaces)
    end subroutine follow_fronts
 
    !> Energy taken by the points of fronts in an implicit step beyond the value at its start [J].

@@ -19,11 +19,11 @@ module hampm_measurements
    use hampm_estimated_errors, only: recent_t, pace_t, add_recent, waves_of, archive_recent
    use hampm_energy, only: linear_momentum, angular_momentum, n_turns, dissipation, largest_displacement
    use hampm_failure, only: failure_t
+   use hampm_dynamic_front_growth, only: record_motion
    use hampm_growth_points, only: next_of_points
    use hampm_static_front_growth, only: record_points
    use hampm_static_growth, only: has_held_drive
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
-   use hampm_growing_planes, only: record_plane
    use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, &
                                  needs_front, record_front, mean_rate
    use hampm_history, only: history_t
@@ -469,7 +469,7 @@ contains
             call history%record('fracture_energy', 'J', 'energy dissipated by growth: static, the integral of G over the new '// &
                                 'area; dynamic, the work of nodal release; half of it on a symmetry plane', &
                                 problem%energies%fracture_energy)
-            if (.not. (growing%is_static .or. any(problem%materials%has_history) .or. allocated(growing%planes))) &
+            if (.not. (growing%is_static .or. any(problem%materials%has_history) .or. size(model%planes) > 0)) &
                call history%record('integral_of_G', 'J', 'integral of G over the area of new faces, by rows, or '// &
                                    'implicit steps; on a symmetry plane half of it', growing%integral)
          end if
@@ -496,10 +496,11 @@ contains
             if (growing%are_there() .and. growing%is_static) &
                call record_points(growing, next_of_points(growing, model, cracks, m%crack, m%fronts), cracks, m%fronts, k, history)
          end do
-         do k = 1, merge(size(model%planes), 0, allocated(growing%planes))
+         do k = 1, merge(size(model%planes), 0, growing%are_there() .and. .not. growing%is_static)
+            if (.not. any(growing%points%crack == k .and. growing%points%grows)) cycle
             history%of_tip = ''
             if (k > 1) history%of_tip = '_crack'//to_text(k)
-            if (growing%planes(k)%grows) call record_plane(growing%planes(k), cracks%regions(k), history)
+            call record_motion(pack(growing%points, growing%points%crack == k), cracks%regions(k), history)
          end do
          history%of_tip = ''
          if (size(m%crack) > 0 .and. size(model%constraints) > 0) &

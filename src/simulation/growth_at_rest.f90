@@ -125,12 +125,12 @@ contains
       type(simulation_t), intent(inout) :: s
       real(dp), intent(in) :: time               !! [s]
       character(:), allocatable :: how
-      integer :: pieces
-      s%growing%has_new_end = .false.
+      integer :: pieces, k
+      s%growing%must_cut = .false.
       if (s%growing%separated >= 0 .or. .not. (any(s%cracks%tips%has_ended) .or. any(s%growing%points%has_ended))) return
       pieces = number_of_pieces(s%problem)
-      if (is_plane_open(s%model, s%cracks) .or. any(s%measurements%fronts%has_ended .and. &
-                                                      s%measurements%fronts%domain%front%is_symmetry)) then
+      if (is_plane_open(s%model, s%cracks) .or. any([(s%cracks%regions(k)%is_symmetry .and. &
+            all(s%growing%points%has_ended .or. s%growing%points%crack /= k), k=1, size(s%model%planes))])) then
          how = 'nothing joins the half body to its mirror image'
       else if (pieces > s%growing%pieces) then
          how = 'all material is in '//to_text(pieces)//' pieces, in '//to_text(s%growing%pieces)//' at the start'

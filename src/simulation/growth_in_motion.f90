@@ -3,22 +3,19 @@
 !> toughness (`hampm_advance_search`).
 module hampm_growth_in_motion
    use hampm_cracks, only: cracks_t
-   use hampm_dynamic_front_growth, only: advances_of_nodes, lay_points
+   use hampm_dynamic_front_growth, only: lay_points, move_fronts
    use hampm_dynamic_growth, only: find_speeds, move_tips, must_check, note_check, plan_ways
    use hampm_failure, only: failure_t
    use hampm_growing, only: growing_t
-   use hampm_growing_planes, only: note_state
    use hampm_growth_at_rest, only: note_separation
    use hampm_advance_search, only: begin_search, follow_search, advance_search_t
    use hampm_growth_room, only: find_loose_tips
-   use hampm_interface_points, only: is_half
+   use hampm_interface_points, only: interface_energy, is_half
    use hampm_kinds, only: dp
    use hampm_measurements, only: has_measured_tips, measure_tips, measurements_t
    use hampm_mesh_changes, only: change_cut
-   use hampm_moving_front, only: advance_region, fronts_of
    use hampm_nodal_state, only: external_force, internal_force
-   use hampm_plane_cuts, only: find_unbonded, open_more
-   use hampm_plane_points, only: follow_fronts, late_release
+   use hampm_plane_points, only: late_release
    use hampm_problem, only: problem_t, refresh_grid, update_particles
    use hampm_simulation, only: simulation_t
    implicit none
@@ -34,42 +31,53 @@ contains
       type(failure_t), intent(inout) :: failure
       if (must_check(s%growing, s%model, s%problem, s%dt)) call check_points(s, failure)
       if (s%growing%is_implicit .or. failure%failed()) return
-      if (.not. allocated(s%growing%planes)) then
-         call plan_growth(s, failure)
-      else if (.not. s%problem%interfaces%are_bounded) then
-         call move_fronts(s, s%problem%state%time, failure)
-      end if
+      call plan_ways(s%growing, s%model, s%problem, s%cracks, s%dt, s%warning)
+      if (.not. s%problem%interfaces%are_bounded) call move_points(s, s%problem%state%time)
+      call cut_where_due(s, failure)
    end subroutine prepare_motion
 
    !> In motion: measure G and K, unless a row has done so, and find the speeds of points that grow by their toughness.
    subroutine check_points(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      logical :: has_planes
       if (failure%failed()) return
-      has_planes = allocated(s%growing%planes)
-      if (s%growing%is_implicit .or. has_planes .or. .not. has_measured_tips(s%problem, s%measurements)) then ! trials repeat a step
+      if (s%growing%is_implicit .or. size(s%model%planes) > 0 .or. & ! trials repeat a step
+          .not. has_measured_tips(s%problem, s%measurements)) then
          call update_particles(s%problem)
          call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure)
       end if
       if (failure%failed()) return
-      if (has_planes) call lay_points(s%growing, s%measurements%fronts)
+      call lay_points(s%growing, s%measurements%fronts)
       call note_check(s%growing, s%cracks, s%measurements%crack)
       call find_speeds(s%growing, s%model, s%problem, s%cracks, s%measurements%crack, s%measurements%fronts, s%dt, s%warning)
    end subroutine check_points
 
-   !> Plan the ways of tips, and cut cells along them.
-   subroutine plan_growth(s, failure)
+   !> Cut cells anew where points ask for it: paths are planned, tips have ended, or fronts have opened more nodes.
+   subroutine cut_where_due(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      logical :: have_planned
-      if (failure%failed()) return
-      call plan_ways(s%growing, s%model, s%problem, s%cracks, s%dt, have_planned, s%warning)
-      if (.not. have_planned) return
+      if (failure%failed() .or. .not. s%growing%must_cut) return
+      s%growing%must_cut = .false.
       call update_particles(s%problem)
       call change_cut(s, failure)
       if (.not. failure%failed()) call s%integrator%initialise(s%problem, s%dt, failure)
-   end subroutine plan_growth
+      if (.not. failure%failed()) call hold_new_nodes(s%problem)
+   end subroutine cut_where_due
+
+   !> Advance tips and fronts in a step and release what they have passed: after an explicit step, before an implicit one, which
+   !> ends in balance with them.
+   subroutine move_points(s, time)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: time               !! at its start [s]
+      real(dp) :: before                         ! [J]
+      associate (m => s%problem)
+         before = interface_energy(m%interfaces) + m%energies%fracture_energy
+         call move_tips(s%growing, s%model, m, s%cracks, time, s%dt, s%warning)
+         call move_fronts(s%growing, s%model, m, s%cracks, time, s%dt, s%warning)
+         if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - &
+            (interface_energy(m%interfaces) + m%energies%fracture_energy - before)
+      end associate
+   end subroutine move_points
 
    !> Advance by an implicit step with tips that grow: tried with other advances until G is the toughness (`hampm_advance_search`).
    subroutine advance_by_trials(s, failure)
@@ -84,14 +92,15 @@ contains
       call begin_search(s%growing, s%dt, search)
       call update_particles(s%problem)
       do
-         call plan_growth(s, failure)
+         call plan_ways(s%growing, s%model, s%problem, s%cracks, s%dt, s%warning)
+         call cut_where_due(s, failure)
          if (failure%failed()) return
          call s%integrator%note_start(s%problem)
          warning = s%warning
          measurements = s%measurements
          cracks = s%cracks
          growing = s%growing
-         call move_tips(s%growing, s%model, s%problem, s%cracks, s%problem%state%time, s%dt, s%warning)
+         call move_points(s, s%problem%state%time)
          call s%integrator%advance(s%problem, s%dt, failure)
          call check_points(s, failure)
          if (failure%failed()) return
@@ -105,48 +114,6 @@ contains
          call s%integrator%go_to_start(s%problem)
       end do
    end subroutine advance_by_trials
-
-   !> Advance the fronts of plane cracks in a step and release the points behind them: after an explicit step, before an implicit
-   !> one, which ends in balance with them.
-   subroutine move_fronts(s, time, failure)
-      type(simulation_t), intent(inout) :: s
-      real(dp), intent(in) :: time               !! at its start [s]
-      type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: ways(:)
-      real(dp) :: dropped, released
-      logical :: meets_itself, have_moved
-      integer :: k
-      associate (m => s%problem)
-         have_moved = .false.
-         do k = 1, size(m%grid%planes)
-            associate (plane => m%grid%planes(k), growing => s%growing%planes(k))
-               if (growing%has_stopped) then
-                  growing%is_running = .false.
-                  growing%mean = 0
-                  growing%largest = 0
-               end if
-               if (.not. growing%grows .or. growing%has_stopped) cycle
-               ways = advances_of_nodes(s%growing, s%model, s%cracks, k, time, s%dt)
-               call advance_region(s%cracks%regions(k), pack(s%cracks%fronts, s%cracks%fronts%crack == k), ways, meets_itself)
-               plane%region_t = s%cracks%regions(k)
-               have_moved = have_moved .or. any(ways > 0)
-               call find_unbonded(plane, m%grid%forest)
-               call fronts_of(s%cracks%regions, s%cracks%fronts)
-               call note_state(growing, k, s%cracks, ways, m%materials(1), time, s%dt, meets_itself, s%warning)
-               where (s%growing%points%crack == k) s%growing%points%has_stopped = growing%has_stopped
-            end associate
-         end do
-         if (.not. have_moved) return
-         call follow_fronts(m%interfaces, m%matter_t, m%interfaces%are_bounded, dropped, released)
-         m%energies%fracture_energy = m%energies%fracture_energy + released
-         if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + (dropped - released)
-         if (.not. open_more(m%grid%planes, m%grid%forest)) return
-         call update_particles(m)
-         call change_cut(s, failure)
-         if (.not. failure%failed()) call s%integrator%initialise(m, s%dt, failure)
-         if (.not. failure%failed()) call hold_new_nodes(m)
-      end associate
-   end subroutine move_fronts
 
    !> Hold nodes that have become open by points with the force that keeps the material on both sides together.
    subroutine hold_new_nodes(m)
@@ -180,37 +147,24 @@ contains
       end do
    end subroutine hold_new_nodes
 
-   !> After a step: advance what has not advanced before it, and see what has ended.
+   !> After a step: advance what has not advanced before it, cut cells anew where due, and check whether bodies separate where all
+   !> points have failed.
    subroutine follow_motion(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       real(dp) :: late                           ! released by fronts in an implicit step beyond the value at its start [J]
+      logical :: is_new
       associate (m => s%problem)
-         if (.not. allocated(s%growing%planes)) then
-            if (.not. s%growing%is_implicit) call move_tips(s%growing, s%model, m, s%cracks, m%state%time - s%dt, s%dt, s%warning)
-            call follow_ends(s, failure)
-         else if (m%interfaces%are_bounded) then
-            call move_fronts(s, m%state%time - s%dt, failure)
+         if (m%interfaces%are_bounded) then
+            call move_points(s, m%state%time - s%dt)
          else
             late = late_release(m%interfaces)
             m%energies%fracture_energy = m%energies%fracture_energy + late
             if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - late
          end if
       end associate
-   end subroutine follow_motion
-
-   !> In motion, after a step: cut cells anew where tips have ended, and check whether bodies separate where all points failed.
-   subroutine follow_ends(s, failure)
-      type(simulation_t), intent(inout) :: s
-      type(failure_t), intent(inout) :: failure
-      logical :: is_new
-      if (s%growing%has_new_end) then
-         s%growing%has_new_end = .false.
-         call update_particles(s%problem)
-         call change_cut(s, failure)
-         if (.not. failure%failed()) call s%integrator%initialise(s%problem, s%dt, failure)
-      end if
+      call cut_where_due(s, failure)
       call find_loose_tips(s%growing, s%problem%interfaces, is_new)
       if (is_new .and. .not. failure%failed()) call note_separation(s, s%problem%state%time)
-   end subroutine follow_ends
+   end subroutine follow_motion
 end module hampm_growth_in_motion

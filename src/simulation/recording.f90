@@ -296,22 +296,18 @@ contains
          call s%results%add_attribute('/history', 'life', s%growing%fatigue%life, failure)
          if (have_errors(s%measurements)) call s%results%add_attribute('/history', 'life_error', s%growing%fatigue%error, failure)
       end if
-      do k = 1, merge(size(s%model%planes), 0, allocated(s%growing%planes))
-         associate (plane => s%growing%planes(k))
-            column = '/history/front_speed'
-            if (k > 1) column = column//'_crack'//to_text(k)
-            if (plane%onset >= 0) call s%results%add_attribute(column, 'onset_time', plane%onset, failure)
-            if (plane%last_motion >= 0 .and. .not. plane%is_running) &
-               call s%results%add_attribute(column, 'arrest_time', plane%last_motion, failure)
-         end associate
-      end do
       do k = 1, size(s%growing%points)
-         associate (tip => s%growing%points(k))
+         associate (point => s%growing%points(k))
             column = '/history/tip_speed'
             if (k > 1) column = column//'_tip'//to_text(k)
-            if (tip%onset >= 0) call s%results%add_attribute(column, 'onset_time', tip%onset, failure)
-            if (tip%has_arrested(s%problem%state%time, s%dt)) &
-               call s%results%add_attribute(column, 'arrest_time', tip%last_motion, failure)
+            if (k > size(s%cracks%tips)) then    ! points of a crack with fronts have the same times
+               if (any(s%growing%points(:k - 1)%crack == point%crack)) cycle
+               column = '/history/front_speed'
+               if (point%crack > 1) column = column//'_crack'//to_text(point%crack)
+            end if
+            if (point%onset >= 0) call s%results%add_attribute(column, 'onset_time', point%onset, failure)
+            if (point%has_arrested(s%problem%state%time, s%dt)) &
+               call s%results%add_attribute(column, 'arrest_time', point%last_motion, failure)
          end associate
       end do
    end subroutine tell_motion

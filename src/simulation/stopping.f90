@@ -47,13 +47,6 @@ contains
             have_arrested = all(tips%has_stopped .or. .not. tips%grows)
             return
          end if
-         if (allocated(s%growing%planes)) then
-            associate (planes => s%growing%planes)
-               have_arrested = any(planes%onset >= 0) .and. .not. any(planes%is_running) .and. &
-                               now - maxval(planes%last_motion) >= s%model%run%stop_rest
-            end associate
-            return
-         end if
          have_arrested = any(tips%onset >= 0)
          do k = 1, size(tips)
             if (tips(k)%onset < 0) cycle

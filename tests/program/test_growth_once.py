@@ -1,6 +1,7 @@
 """What all growth is asked, tips of the plane and fronts of solids, at rest, in motion and in load cycles: it knows the sign of its loads and the lesser toughness of a
 seam, is not changed by those who look, and stops where its body ends, and says so. A strip between grips, |y| < 8 mm, whose crack lies between two bodies."""
 
+import h5py
 import numpy as np
 import pytest
 
@@ -107,3 +108,22 @@ def test_growth_ends_where_the_body_does(grow, way):
     assert "has run through" in row.said
     assert np.nanmax(row["way"]) <= 6e-3 * (1 + 1e-9)
     assert np.nanmax(row["way"]) > 3e-3
+
+
+def test_what_has_parted_says_when(grow):
+    """A tip at 1 mm/us, 6 mm before the end, and the last of the bonded points behind it: fronts in motion told nothing."""
+    row = grow("motion", tip=4e-3, growth="law = 'prescribed'  speed = 1000.0")
+    assert "separated at t = " in row.said and 5.9e-6 < row["separated"] < 8.5e-6
+    assert "separated" not in grow("motion", tip=-4e-3, growth="law = 'prescribed'  speed = 1000.0").said
+
+
+def test_when_it_has_moved_and_how_fast(grow):
+    """Onset, arrest and speed of a tip and of a front that have a speed for some time."""
+    row = grow("motion", growth="law = 'prescribed'  speed = 1000.0  start = 2e-6  end = 5e-6", samples=20)
+    with h5py.File(row.path) as file:
+        column = next(name for name in ("front_speed", "tip_speed") if name in file["history"])
+        moved = dict(file["history"][column].attrs)
+    print(moved)
+    assert moved["onset_time"] == pytest.approx(2e-6, abs=1e-7) and moved["arrest_time"] == pytest.approx(5e-6, abs=1e-7)
+    during = (row["time"] > 2.2e-6) & (row["time"] < 4.8e-6)
+    assert row[column][during] == pytest.approx(1000, rel=1e-9) and not np.any(row[column][(row["time"] < 1.9e-6) | (row["time"] > 5.2e-6)])
