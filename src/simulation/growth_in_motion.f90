@@ -41,8 +41,7 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       if (failure%failed()) return
-      if (s%growing%is_implicit .or. size(s%model%planes) > 0 .or. & ! trials repeat a step
-          .not. has_measured_tips(s%problem, s%measurements)) then
+      if (s%growing%is_implicit .or. .not. has_measured_tips(s%problem, s%measurements)) then ! trials repeat a step
          call update_particles(s%problem)
          call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure)
       end if
