@@ -520,7 +520,7 @@ contains
             end if
             associate (material => m%materials(point%material), rate => next(k)%rate)
                if (of%direction == 'hoop_stress') then
-                  if (.not. point%is_running .or. growing%is_implicit) &
+                  if (.not. point%is_running .or. cracks%tips(k)%grown <= 0) &
                      rate = max(hoop_intensity(next(k)%intensity), 0.0_dp)**2/material%plane_modulus()
                else if (.not. is_opened(trim(of%direction), next(k)%intensity)) then
                   rate = 0

@@ -249,6 +249,16 @@ def test_the_equation_of_motion(hampm, frame):
     assert row["fracture_energy"][-1] == pytest.approx(toughness * row["tip_x"][-1], rel=0.03)
 
 
+@pytest.mark.parametrize("method", ["", "time = 'implicit'  time_step = 5e-8"])
+def test_a_tip_that_may_turn_runs_as_one_that_may_not(hampm, method):
+    """Under loads that open it alone. In implicit steps K_I**2/E' of a running tip was held at the toughness, which is above its G by A_I of its speed: 13 % too short a way."""
+    text = bench.plate(0.4e-3, f"law = 'toughness'  toughness = {bench.exact_growth()[3]}").replace("&method", f"&method {method} ")
+    straight, turning = (run_told(hampm, text.replace("direction = 'straight'", f"direction = '{direction}'"))[0] for direction in ("straight", "hoop_stress"))
+    print(straight["tip_x"][-1], turning["tip_x"][-1], straight["time"][-1] / bench.ARRIVAL)
+    assert turning["tip_x"][-1] > 3e-3
+    assert turning["tip_x"][-1] == pytest.approx(straight["tip_x"][-1], rel=0.02)
+
+
 STRIP = """&run plane = 'stress'  end_time = {end} /
 &grid lower = -40e-3, -11e-3  cell = 1e-3  cells = 75, 22 /
 &material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
