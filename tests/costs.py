@@ -20,7 +20,8 @@ from long_tests import cases, write_cases  # noqa: E402
 BUDGET, MOST, NOTHING = 0.4, 1.2, 0.06     # seconds of a processor
 APART = {"test_unit": 2.0, "test_regression": 1.5, "test_bad_input": 1.0, "test_lessons": 1.0, "test_tutorials": 1.0}
 ESSENTIAL = {"test_speed_count::test_a_step_takes_hardly_more_instructions_than_the_least", "test_fatigue::test_paris_life_of_a_crack_in_the_middle",
-             "test_growth_in_motion::test_a_crack_that_runs", "test_fuzz::test_advice_can_be_taken", "test_fuzz::test_random_changes",
+             "test_growth_in_motion::test_a_crack_that_runs", "test_growth_in_motion::test_the_plate_of_kalthoff",
+             "test_growth_in_motion::test_a_tip_that_may_turn_runs_as_one_that_may_not", "test_fuzz::test_advice_can_be_taken", "test_fuzz::test_random_changes",
              "test_checkpoints::test_growing_tips_go_on_from_any_step_between_changes_of_the_mesh", "test_resistance::test_a_resistance_curve_at_rest",
              "test_front_growth::test_threads_and_restarts_change_no_byte_of_growth", "test_nucleation::test_smooth_edge",
              "test_nucleation::test_cracks_one_after_the_other_with_residual_stress", "test_front_growth::test_a_front_meets_a_side",

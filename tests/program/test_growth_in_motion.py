@@ -259,6 +259,23 @@ def test_a_tip_that_may_turn_runs_as_one_that_may_not(hampm, method):
     assert turning["tip_x"][-1] == pytest.approx(straight["tip_x"][-1], rel=0.02)
 
 
+@pytest.mark.verify
+@pytest.mark.parametrize("angle", [30, 60])
+def test_a_sharp_kink_at_a_given_speed(hampm, angle):
+    """K of the first two cells of a kink, whose domains hold the crack before it, are within their errors those of the kink once domains fit behind it; G had any sign there."""
+    cell, at = 0.2e-3, math.radians(angle)
+    text = bench.plate(cell, f"law = 'prescribed'  speed = 800.0  start = 2.4e-6  points = {8e-3 * math.cos(at)}, {8e-3 * math.sin(at)}").replace("'straight'", "'path'")
+    row, _ = run_told(hampm, text)
+    grown, rest = (row["crack_length"] - row["crack_length"][0]) / cell, np.maximum(bench.intensity_at_rest(row["time"]), 1.0)
+    short, long = (grown > 0) & (grown < 2), (grown > 4) & (grown < 6)
+    assert np.count_nonzero(short) > 20 < np.count_nonzero(long)
+    for name in ("K_I", "K_II"):
+        values, errors = row[name] / rest, row[f"{name}_error"] / rest
+        print(name, np.mean(values[short]), np.mean(errors[short]), np.mean(values[long]), np.std(values[long]))
+        assert np.mean(np.abs(values[short] - np.mean(values[long])) < errors[short] + 0.02) > 0.9, name
+        assert np.mean(errors[short]) < 0.3
+
+
 STRIP = """&run plane = 'stress'  end_time = {end} /
 &grid lower = -40e-3, -11e-3  cell = 1e-3  cells = 75, 22 /
 &material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
