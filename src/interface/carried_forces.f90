@@ -7,7 +7,8 @@
 !> & Laursen, Comput. Struct. 42 (1992) 97-116.
 !>
 !> Friction slides where the mean tractions reach its cone: a point that is beyond it by more has that to spare. Where faces slide
-!> nothing is left to spare after a few turns. Source: Oden & Pires, J. Appl. Mech. 50 (1983) 67-76 (nonlocal law).
+!> nothing is left to spare after a few turns: a point gives back what its mean is beyond the cone, over its own part of the mean.
+!> Source: Oden & Pires, J. Appl. Mech. 50 (1983) 67-76 (nonlocal law).
 module hampm_carried_forces
    use hampm_kinds, only: dp, ndim
    use hampm_interface_points, only: interfaces_t, face_force, is_pressed, along_faces, length_along, &
@@ -60,7 +61,8 @@ contains
             end do
             mean = point%area/(area*point%stiffness)*mean
             spare = 0
-            if (point%friction > 0) spare = max(0.0_dp, excess(force(:, k)/point%stiffness) - excess(mean))
+            if (point%friction > 0) spare = max(0.0_dp, excess(force(:, k)/point%stiffness) &
+                                                         - excess(mean)*merge(area/point%area, 1.0_dp, excess(mean) > 0))
             change = change + point%stiffness*(sum((mean - point%carried)**2) + (spare - point%spare)**2)
             point%carried = mean
             point%spare = spare

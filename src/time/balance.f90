@@ -199,7 +199,8 @@ contains
                           'active nodes does not end')
    end subroutine with_contact
 
-   !> Balance the forces again until the layer between faces in contact does not give way (augmented Lagrangian, Uzawa's method).
+   !> Balance the forces again until the layer between faces in contact does not give way (augmented Lagrangian, Uzawa's method), nor
+   !> do forces depend on those before by more than a load that is searched may (`hampm_load_search`).
    !> Source: Simo & Laursen, Comput. Struct. 42 (1992) 97-116.
    subroutine stiffen_faces(self, m, shift, rigid_constraints, failure)
       class(balance_t), intent(inout) :: self
@@ -207,17 +208,17 @@ contains
       real(dp), intent(in) :: shift(:, :)        !! displacement of fixed components [m], (ndim, n_nodes)
       type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
       type(failure_t), intent(inout) :: failure
-      integer, parameter :: most = 20
-      real(dp), parameter :: hardly = 1e-3_dp    ! change of the carried forces, relative
+      integer, parameter :: most = 30
+      real(dp), parameter :: hardly = 1e-6_dp    ! change of the carried forces, relative
       type(nearby_t) :: near                     ! points stay where they are
       real(dp) :: change
       integer :: turn
       if (m%interfaces%n_contact == 0) return
       do turn = 1, most
          call carry_forces(m%interfaces, near, change)
-         if (change <= hardly) return
+         if (.not. change > 0) return
          call self%newton%balance(m, self%outer, shift, rigid_constraints, self%moved, failure)
-         if (failure%failed()) return
+         if (failure%failed() .or. change <= hardly) return
       end do
    end subroutine stiffen_faces
 

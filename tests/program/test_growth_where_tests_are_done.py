@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
-from harness import run_told
+from harness import run, run_told
 from paths import BENCH, INPUT, REFERENCE
 
 sys.path.insert(0, str(BENCH))
@@ -53,6 +53,34 @@ def test_wing_cracks_under_compression_with_friction(hampm, cell, off, aside):
     assert row["tip_x_tip2"] == pytest.approx(-row["tip_x"], abs=1e-6)
     assert np.all(np.diff(row["friction_loss"]) > 0)
     assert "nothing opens" not in said
+
+
+COARSE = (("cell = 1.0e-3", "cell = 2.0e-3"), ("cells = 90, 100", "cells = 45, 50"), ("increment = 2.2e-3", "increment = 4.4e-3"), ("snapshot_interval = 1.0", "snapshot_interval = 0"))
+
+
+def in_coarse_cells(text):
+    for old, new in COARSE:
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
+def test_the_load_of_faces_that_rub_in_coarse_cells(hampm):
+    """The first load by G of dislocations, and then that of a wing, whose G is the toughness. None was found, as the forces of faces hung on the load tried before by 1e-5 of G and more."""
+    row = run(hampm, in_coarse_cells(steps((INPUT / "wing_cracks.nml").read_text(), 1)))
+    assert row["load_factor"][0] == pytest.approx(wings_by_dislocations(0.3)[2, 0], rel=0.005)
+    assert row["K_I"][1] == pytest.approx(K_OF_WINGS, rel=1e-6) and row["K_I_tip2"][1] == pytest.approx(K_OF_WINGS, rel=1e-6)
+
+
+def test_faces_that_rub_know_no_steps_to_the_load(hampm):
+    """A load in one step and in three, rising together: the same, up to what is left of the layer between the faces (K hung on the way by 7e-5 before)."""
+    text = in_coarse_cells((INPUT / "wing_cracks.nml").read_text())
+    text = re.sub(r"&growth[^/]*/", "", re.sub(r"(force = 0.0, -?90.0e3)", r"\1 history = 'ramp' rise_time = 1.0", text))
+    at_once, in_three = (run(hampm, steps(text, number), name=f"in_{number}") for number in (1, 3))
+    assert abs(at_once["K_II"][-1]) > 1e4
+    for name in ("K_II", "K_II_tip2", "mouth_sliding", "friction_loss", "strain_energy"):
+        print(name, at_once[name][-1] / in_three[name][-1] - 1)
+        assert at_once[name][-1] == pytest.approx(in_three[name][-1], rel=1e-6), name
 
 
 def test_faces_that_rub_know_no_way_to_the_load(hampm):
