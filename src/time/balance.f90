@@ -199,8 +199,8 @@ contains
                           'active nodes does not end')
    end subroutine with_contact
 
-   !> Balance the forces again until the layer between faces in contact does not give way (augmented Lagrangian, Uzawa's method), nor
-   !> do forces depend on those before by more than a load that is searched may (`hampm_load_search`).
+   !> Balance the forces again until the layer between faces in contact does not give way (augmented Lagrangian, Uzawa's method)
+   !> and forces depend on those before by less than a load that is searched may (`hampm_load_search`).
    !> Source: Simo & Laursen, Comput. Struct. 42 (1992) 97-116.
    subroutine stiffen_faces(self, m, shift, rigid_constraints, failure)
       class(balance_t), intent(inout) :: self
