@@ -416,6 +416,7 @@ contains
       real(dp), intent(in) :: by                 !! its width [m]
       type(region_t) :: region
       real(dp) :: normal(2, size(self%outline, 2)), margin(size(self%outline, 2)), low(2), high(2)
+      logical, dimension(size(self%outline, 2)) :: is_in, opens
       integer :: n, k
       region%grid_plane_t = self%grid_plane_t
       region%outline = self%outline
@@ -426,8 +427,11 @@ contains
       high = self%in_plane(self%upper)
       do k = 1, n
          normal(:, k) = outward_normal(self%outline, k)
-         margin(k) = merge(by, 0.0_dp, self%may_be_front(k) .and. (runs_in(0.0_dp) .or. .not. runs_in(by)))
+         is_in(k) = runs_in(0.0_dp)
+         opens(k) = runs_in(by) .and. .not. is_in(k)
       end do
+      opens = opens .or. .not. is_in .and. (cshift(opens, 1) .or. cshift(opens, -1)) ! beside the box as in it
+      margin = merge(by, 0.0_dp, self%may_be_front .and. .not. opens)
       do k = 1, n                                ! to where the edges on either side meet then
          associate (a => normal(:, modulo(k - 2, n) + 1), b => normal(:, k), of_a => margin(modulo(k - 2, n) + 1), &
                     of_b => margin(k))

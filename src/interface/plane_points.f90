@@ -207,7 +207,8 @@ contains
                do i = 0, 1
                   x = list(f)%low + [i, j]*edge
                   if (.not. cut%opens_at(forest, cut%in_space(x))) cycle
-                  call cut%unbonded(forest%level_of(list(f)%leaf))%uncracked(x - edge, x + edge, area, middle)
+                  call cut%unbonded(forest%level_of(list(f)%leaf))%uncracked(max(x - edge, cut%in_plane(cut%lower)), &
+                                                                             min(x + edge, cut%in_plane(cut%upper)), area, middle)
                   if (.not. area > 0) cycle
                   n = interfaces%n
                   call add_point(interfaces, m, number, bonded, list(f)%side, x, (list(f)%low + list(f)%high)/2, area)
@@ -263,7 +264,8 @@ contains
             associate (cut => m%grid%planes(point%plane))
                x = cut%in_plane(point%origin)
                level = nint(log(m%grid%forest%cell/(point%length*merge(2.0_dp, 0.5_dp, point%stiffness > 0)))/log(2.0_dp))
-               call cut%unbonded(level)%uncracked(x - point%length/2, x + point%length/2, area, middle)
+               call cut%unbonded(level)%uncracked(max(x - point%length/2, cut%in_plane(cut%lower)), &
+                                                  min(x + point%length/2, cut%in_plane(cut%upper)), area, middle)
             end associate
             point%released = 1 - min(area/point%area, 1.0_dp)
             if (is_explicit) released = released + mean_energy(point, point%before, point%opening)
