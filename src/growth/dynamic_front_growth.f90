@@ -3,20 +3,20 @@
 module hampm_dynamic_front_growth
    use hampm_cracks, only: cracks_t
    use hampm_front, only: region_t
-   use hampm_front_values, only: front_values_t, between_hats, parts_of
-   use hampm_growing, only: growing_t, growing_point_t, add_once, law_of, prescribed_advance
+   use hampm_front_values, only: front_values_t, between_hats
+   use hampm_growing, only: growing_t, growing_point_t, add_once, law_of, prescribed_advance, widths_of
    use hampm_history, only: history_t
    use hampm_kinds, only: dp, ndim
    use hampm_model, only: model_t
    use hampm_moving_front, only: advance_region, fronts_of
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_plane_cuts, only: find_unbonded, open_more
-   use hampm_plane_points, only: follow_fronts
+   use hampm_plane_points, only: follow_fronts, late_release
    use hampm_problem, only: problem_t
    use hampm_text, only: to_text, three_digits
    implicit none
    private
-   public :: lay_points, move_fronts, record_motion
+   public :: lay_points, move_fronts, release_late, record_motion
 
    real(dp), parameter :: standing = 1e-6_dp     !! part of the Rayleigh wave speed below which a front stands still
 
@@ -55,7 +55,7 @@ contains
                new(k)%lagged_speed = speeds(2)
                new(k)%is_running = speeds(1) > 0
             end do
-            if (.not. has_ended) new(k - size(fronts(f)%arc) + 1:k)%width = front%length*parts_of(fronts(f))
+            if (.not. has_ended) new(k - size(fronts(f)%arc) + 1:k)%width = widths_of(fronts(f))
          end associate
       end do
       call move_alloc(new, growing%points)
@@ -94,7 +94,7 @@ contains
       real(dp), intent(in) :: time, step         !! at its start [s]
       character(:), allocatable, intent(inout) :: message
       real(dp), allocatable :: advances(:)       ! of the nodes of all fronts of a crack [m]
-      real(dp) :: released
+      real(dp) :: released(size(model%planes))
       integer, allocatable :: of(:)              ! points of a crack
       integer :: before(3), now(3), k, j
       logical :: have_moved, meets_itself
@@ -132,9 +132,32 @@ contains
       end do
       if (.not. have_moved) return
       call follow_fronts(m%interfaces, m%matter_t, m%interfaces%are_bounded, released)
-      m%energies%fracture_energy = m%energies%fracture_energy + released
+      call book_release(growing, m, released)
       if (open_more(m%grid%planes, m%grid%forest)) growing%must_cut = .true.
    end subroutine move_fronts
+
+   !> After an implicit step: release what fronts release in it beyond the value at its start.
+   subroutine release_late(growing, model, m)
+      type(growing_t), intent(inout) :: growing
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(inout) :: m
+      real(dp) :: late(size(model%planes))
+      late = late_release(m%interfaces, size(late))
+      call book_release(growing, m, late)
+      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - sum(late)
+   end subroutine release_late
+
+   !> Book the energy that fronts of each crack have released.
+   subroutine book_release(growing, m, released)
+      type(growing_t), intent(inout) :: growing
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: released(:)        !! [J], (cracks)
+      integer :: k
+      m%energies%fracture_energy = m%energies%fracture_energy + sum(released)
+      do k = 1, size(released)
+         where (growing%points%crack == k) growing%points%work = growing%points%work + released(k)
+      end do
+   end subroutine book_release
 
    !> Find the advances of the nodes of all fronts of a crack in a step [m].
    subroutine find_advances(growing, model, cracks, number, time, step, advances)

@@ -492,8 +492,8 @@ contains
       type(next_t) :: next(size(growing%points))
       real(dp) :: since                          ! the last search [s]
       real(dp) :: speed, wave, cell, start       ! [m/s], [m], [s]
-      integer :: k, law(size(next))
-      logical :: is_measured
+      integer :: k, j, law(size(next))
+      logical :: is_measured, has_moved, by_toughness(size(next))
       start = m%state%time
       if (growing%is_implicit) start = start - dt ! of the step that has been tried
       since = dt
@@ -501,10 +501,28 @@ contains
       growing%searched = m%state%steps
       law = [(growing%law_at(model, k, start, dt), k=1, size(law))]
       next = next_of_points(growing, model, cracks, values, fronts, law=law)
+      by_toughness = law > 0
+      do k = 1, size(next)
+         if (by_toughness(k)) by_toughness(k) = .not. model%growth(law(k))%law%gives_speed()
+         if (.not. by_toughness(k)) cycle
+         associate (point => growing%points(k), direction => model%growth(law(k))%direction, rate => next(k)%rate)
+            has_moved = point%is_running
+            if (k <= size(cracks%tips)) then
+               point%material = cracks%tips(k)%material_in(m%materials)
+               has_moved = has_moved .and. cracks%tips(k)%grown > 0
+            end if
+            if (direction == 'hoop_stress') then
+               if (.not. has_moved) &
+                  rate = max(hoop_intensity(next(k)%intensity), 0.0_dp)**2/m%materials(point%material)%plane_modulus()
+            else if (.not. is_opened(trim(direction), next(k)%intensity)) then
+               rate = 0
+            end if
+         end associate
+      end do
       growing%points%excess = -1                 ! a point that may not grow rests
       do k = 1, size(next)
          associate (point => growing%points(k), of => model%growth(max(1, law(k))))
-            if (law(k) == 0 .or. of%law%gives_speed()) then
+            if (.not. by_toughness(k)) then
                if (point%front == 0) cycle
                point%speed = 0
                point%lagged_speed = 0
@@ -516,21 +534,10 @@ contains
             if (.not. is_measured) then
                is_measured = cracks%tips(k)%is_measured()
                cell = cracks%tips(k)%nodes%spacing
-               point%material = cracks%tips(k)%material_in(m%materials)
             end if
             associate (material => m%materials(point%material), rate => next(k)%rate)
-               if (of%direction == 'hoop_stress') then
-                  if (.not. point%is_running .or. cracks%tips(k)%grown <= 0) &
-                     rate = max(hoop_intensity(next(k)%intensity), 0.0_dp)**2/material%plane_modulus()
-               else if (.not. is_opened(trim(of%direction), next(k)%intensity)) then
-                  rate = 0
-               end if
-               if (material%has_history .and. point%front == 0) then
-                  rate = driving_force(growing, model, cracks%tips(k), k, since, next(k))
-               else if (material%has_history .and. rate >= next(k)%toughness) then
-                  call growing%warn_once(k, 'grows by J, of which material that yields or creeps takes a part: it is too fast, '// &
-                                         'and its faces take less than their toughness. Tips of the plane know that part', message)
-               end if
+               if (material%has_history) call take_share(pack([(j, j=1, size(next))], by_toughness .and. &
+                  merge(growing%points%crack == point%crack, [(j == k, j=1, size(next))], point%front > 0)), k, cell)
                wave = rayleigh_speed(material)
                speed = min(point%speed, slower*wave)
                point%lagged_speed = followed(point%lagged_speed, speed, since, material%shear_wave_speed(), cell)
@@ -566,25 +573,31 @@ contains
                                   three_digits(part)//' times that at t = '//three_digits(m%state%time)// &
                                   ' s. Its speed and fracture_energy may be off; take smaller cells there', message)
       end subroutine note_coarse_cells
-   end subroutine find_speeds
 
-   !> J of a tip, times the part of it that its faces take where material around it dissipates [J/m2]: the work of its failing
-   !> points over J times the new area, averaged over half a cell of its way. It stays while the tip rests. The work so far, over
-   !> the toughness and less the way, is given back within a cell.
-   real(dp) function driving_force(growing, model, tip, number, dt, next)
-      type(growing_t), intent(inout) :: growing
-      type(model_t), intent(in) :: model
-      type(crack_tip_t), intent(in) :: tip
-      integer, intent(in) :: number              !! of the tip
-      real(dp), intent(in) :: dt                 !! since the last search [s]
-      type(next_t), intent(in) :: next           !! with J
-      real(dp) :: taken                          ! over the width [J/m]
-      associate (point => growing%points(number), way => tip%speed*dt, cell => tip%nodes%spacing)
-         taken = point%work/(part_of_crack(tip)*model%run%thickness%at(tip%now))
-         if (next%rate > 0) point%share = max(0.0_dp, point%share + (taken/next%rate - point%share*way)/(cell/2))
-         point%ahead = point%ahead + taken/next%toughness - way
-         point%work = 0
-         driving_force = point%share*next%rate*max(0.0_dp, 1 + point%ahead/cell)
-      end associate
-   end function driving_force
+      !> Take of J of a tip, or of the points of a crack with fronts, the share that faces take where material dissipates: the work
+      !> of failing points over J times the new area, averaged over half a cell of the way. It stays at rest. The work so far, over
+      !> the toughness and less the way, is given back within a cell. All points of a crack have one share.
+      subroutine take_share(of, k, cell)
+         integer, intent(in) :: of(:)            !! their numbers
+         integer, intent(in) :: k                !! one of them: the first finds the share
+         real(dp), intent(in) :: cell            !! [m]
+         real(dp), dimension(size(of)) :: width, way ! [m]
+         if (k /= of(1)) return
+         width = growing%points(of)%width
+         way = growing%points(of)%speed*since
+         if (k <= size(cracks%tips)) then
+            width = part_of_crack(cracks%tips(k))*model%run%thickness%at(cracks%tips(k)%now)
+            way = cracks%tips(k)%speed*since
+         end if
+         associate (point => growing%points(k), total => sum(width*next(of)%rate))
+            if (total > 0) point%share = max(0.0_dp, point%share + (point%work - point%share*sum(width*next(of)%rate*way))/ &
+                                                                 (total*cell/2))
+            point%ahead = point%ahead + point%work/sum(width*next(of)%toughness) - sum(width*way)/sum(width)
+            growing%points(of)%share = point%share
+            growing%points(of)%ahead = point%ahead
+            growing%points(of)%work = 0
+            next(of)%rate = point%share*next(of)%rate*max(0.0_dp, 1 + point%ahead/cell)
+         end associate
+      end subroutine take_share
+   end subroutine find_speeds
 end module hampm_dynamic_growth

@@ -23,7 +23,7 @@ module hampm_growing
    private
    public :: growing_t, growing_point_t, point_search_t, next_t, law_of, prescribed_advance, share_of_shear, new_growing, &
              record_growth, note_branching, record_frame, record_place, record_onset, archive_growing, fitting, &
-             part_of_crack, add_once
+             part_of_crack, widths_of, add_once
 
    integer, parameter, public :: by_load = 1     !! at rest: loads are scaled until the largest G is the toughness
    integer, parameter, public :: by_frame = 2    !! at rest: as a load frame moves
@@ -69,7 +69,7 @@ module hampm_growing
       real(dp) :: speed = 0                      !! of the same: recent speed [m/s]
       real(dp) :: lagged_speed = 0               !! that to which its measured G belongs [m/s]
       real(dp) :: share = 1                      !! of J that its faces take, where material dissipates [-]
-      real(dp) :: work = 0                       !! of its failing points since the last search for its speed [J]
+      real(dp) :: work = 0                       !! of failing points, of its crack, since the last search for speeds [J]
       real(dp) :: ahead = 0                      !! all work of these over the toughness, less its way [m]
       real(dp) :: reserve = 0                    !! rest of its planned path at which the next is planned [m]
       integer :: next_of_path = 1                !! direction = path: number of the next point
@@ -324,7 +324,7 @@ contains
          growing%points(n + 1:n + i)%crack = fronts(k)%domain%front%crack
          growing%points(n + 1:n + i)%front = k
          growing%points(n + 1:n + i)%is_closed = fronts(k)%domain%front%is_closed
-         growing%points(n + 1:n + i)%width = fronts(k)%domain%front%length*parts_of(fronts(k))
+         growing%points(n + 1:n + i)%width = widths_of(fronts(k))
          growing%points(n + 1:n + i)%law = findloc(model%growth%path, fronts(k)%domain%front%crack, dim=1)
          n = n + i
       end do
@@ -396,6 +396,13 @@ contains
       first = min(max(0.4_dp*most, least), last)
       fitting = [(first + (k - 1)*(last - first)/max(1, size(radii) - 1), k=1, size(radii))]
    end function fitting
+
+   !> Length of the front of each hat function; half of it on a symmetry plane, as energies are those of the half body [m].
+   pure function widths_of(values) result(width)
+      type(front_values_t), intent(in) :: values
+      real(dp) :: width(size(values%arc))
+      width = values%domain%front%length*parts_of(values)*merge(0.5_dp, 1.0_dp, values%domain%front%is_symmetry)
+   end function widths_of
 
    !> Part of a crack's dissipation that the body supplies: one half on a symmetry plane, as energies are those of the half body.
    pure real(dp) function part_of_crack(tip) result(part)

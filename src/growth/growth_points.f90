@@ -5,8 +5,8 @@ module hampm_growth_points
    use hampm_crack_placement, only: finest_cell, take_toughness
    use hampm_crack_values, only: crack_values_t, best_rate, is_pressed
    use hampm_cracks, only: cracks_t
-   use hampm_front_values, only: front_values_t, mean_rate, parts_of
-   use hampm_growing, only: growing_t, next_t, part_of_crack
+   use hampm_front_values, only: front_values_t, mean_rate
+   use hampm_growing, only: growing_t, next_t, part_of_crack, widths_of
    use hampm_model, only: model_t
    use hampm_problem, only: problem_t
    use hampm_toughness, only: advance_t
@@ -118,9 +118,7 @@ contains
       k = size(values)
       do f = 1, size(fronts)
          n = size(fronts(f)%arc)
-         associate (front => fronts(f)%domain%front)
-            width(k + 1:k + n) = front%length*parts_of(fronts(f))*merge(0.5_dp, 1.0_dp, front%is_symmetry)
-         end associate
+         width(k + 1:k + n) = widths_of(fronts(f))
          where (.not. growing%points(k + 1:k + n)%has_ended) rate(k + 1:k + n) = fronts(f)%g
          k = k + n
       end do

@@ -14,7 +14,7 @@ module hampm_plane_points
    use hampm_face_jumps, only: faces, place_point
    use hampm_forest, only: level_width
    use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, add_interface_point, find_points, &
-                                     along_faces, interface_energy, is_half
+                                     along_faces, is_half
    use hampm_matter, only: matter_t
    use hampm_nearby, only: nearby_t
    use hampm_plane_cuts, only: plane_cut_t, has_face_in
@@ -248,11 +248,10 @@ contains
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       logical, intent(in) :: is_explicit
-      real(dp), intent(out) :: released          !! [J]
+      real(dp), intent(out) :: released(:)       !! [J], (cracks)
       real(dp) :: area, middle(2), x(2)
       integer :: k, level
       released = 0
-      if (.not. is_explicit) released = interface_energy(interfaces)
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
             if (point%plane == 0) cycle
@@ -268,25 +267,26 @@ contains
                                                   min(x + point%length/2, cut%in_plane(cut%upper)), area, middle)
             end associate
             point%released = 1 - min(area/point%area, 1.0_dp)
-            if (is_explicit) released = released + mean_energy(point, point%before, point%opening)
+            released(point%plane) = released(point%plane) + mean_energy(point, point%before, point%opening)
             point%stiffness = point%stiffness*(1 - point%released)
             point%initial_force = point%initial_force*(1 - point%released)
             point%area = min(area, point%area)
          end associate
       end do
-      if (.not. is_explicit) released = released - interface_energy(interfaces)
    end subroutine follow_fronts
 
-   !> Energy taken by the points of fronts in an implicit step beyond the value at its start [J].
-   pure real(dp) function late_release(interfaces) result(energy)
+   !> Energy taken by the points of the fronts of each crack in an implicit step beyond the value at its start [J].
+   pure function late_release(interfaces, cracks) result(energy)
       type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: cracks              !! their number
+      real(dp) :: energy(cracks)
       integer :: k
       energy = 0
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
             if (point%plane == 0 .or. .not. point%released > 0 .or. .not. point%released < 1) cycle
-            energy = energy + (mean_energy(point, point%before, point%opening) &
-                               - mean_energy(point, point%before, point%before))/(1 - point%released)
+            energy(point%plane) = energy(point%plane) + (mean_energy(point, point%before, point%opening) &
+                                  - mean_energy(point, point%before, point%before))/(1 - point%released)
          end associate
       end do
    end function late_release

@@ -3,7 +3,7 @@
 !> toughness (`hampm_advance_search`).
 module hampm_growth_in_motion
    use hampm_cracks, only: cracks_t
-   use hampm_dynamic_front_growth, only: lay_points, move_fronts
+   use hampm_dynamic_front_growth, only: lay_points, move_fronts, release_late
    use hampm_dynamic_growth, only: find_speeds, move_tips, must_check, note_check, plan_ways
    use hampm_failure, only: failure_t
    use hampm_growing, only: growing_t
@@ -15,7 +15,6 @@ module hampm_growth_in_motion
    use hampm_measurements, only: has_measured_tips, measure_tips, measurements_t
    use hampm_mesh_changes, only: change_cut
    use hampm_nodal_state, only: external_force, internal_force
-   use hampm_plane_points, only: late_release
    use hampm_problem, only: problem_t, refresh_grid, update_particles
    use hampm_simulation, only: simulation_t
    implicit none
@@ -151,17 +150,12 @@ contains
    subroutine follow_motion(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      real(dp) :: late                           ! released by fronts in an implicit step beyond the value at its start [J]
       logical :: is_new
-      associate (m => s%problem)
-         if (m%interfaces%are_bounded) then
-            call move_points(s, m%state%time - s%dt)
-         else
-            late = late_release(m%interfaces)
-            m%energies%fracture_energy = m%energies%fracture_energy + late
-            if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - late
-         end if
-      end associate
+      if (s%problem%interfaces%are_bounded) then
+         call move_points(s, s%problem%state%time - s%dt)
+      else
+         call release_late(s%growing, s%model, s%problem)
+      end if
       call cut_where_due(s, failure)
       call find_loose_tips(s%growing, s%problem%interfaces, is_new)
       if (is_new .and. .not. failure%failed()) call note_separation(s, s%problem%state%time)

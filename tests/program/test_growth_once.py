@@ -18,22 +18,22 @@ WAYS = {"rest": ("law = 'quasi_static'  increment = 2e-3", "", REST, 1.0),
 AGAIN = "history = 'table'  times = 0.0, 2e-6, 3e-6, 6e-6, 8e-6, 1.2e-5  factors = 0.0, 0.7, 0.0, 0.0, 1.0, 1.0"
 
 
-def strip(solid, way, sign=1, toughness=None, more="", tip=0.0, growth=None, steps=3, samples=10, again=False):
-    law, rise, method, end = WAYS[way]
+def strip(solid, way, sign=1, toughness=None, more="", tip=0.0, growth=None, steps=3, samples=10, again=False, law=""):
+    by, rise, method, end = WAYS[way]
     rise, end = (AGAIN, 12e-6) if again else (rise, end)
     toughness = toughness or (1e4, 1e4) if way == "cycles" else toughness or (10.0, 10.0)  # cycles below fracture
     across = lambda y0, y1, x0=-10e-3: f"lower = {x0}, {y0}" + ", 0.0" * solid + f"  upper = 10e-3, {y1}" + f", {H}" * solid
     sides = "\n".join(f"&constraint lower = -10e-3, -8e-3, {z}  upper = 10e-3, 8e-3, {z}  fix = 'z' /" for z in (0.0, H)) if solid else ""
     return f"""&run end_time = {end} {'' if solid else f" plane = 'strain'  thickness = {H}"} /
 &grid lower = -10e-3, -9e-3{", 0.0" * solid}  cell = {H}  cells = 20, 18{", 1" * solid} /
-&material name = 'a'  young = 200e9  poisson = 0.3  density = 5000 /
+&material name = 'a'  young = 200e9  poisson = 0.3  density = 5000  {law} /
 &body material = 'a'  {across(-8e-3, 0.0)}  toughness = {toughness[0]} /
 &body material = 'a'  {across(0.0, 8e-3)}  toughness = {toughness[1]} /
 &constraint {across(8e-3, 8e-3)}  fix = 'xy'  displacement = 0.0, {sign * GRIP}{", 0.0" * solid}  {rise} /
 &constraint {across(-8e-3, -8e-3)}  fix = 'xy'  displacement = 0.0, {-sign * GRIP}{", 0.0" * solid}  {rise} /
 {sides}
 &crack kind = 'plane'  normal = 'y'  tip = {tip}, 0.0{f", {H / 2}" * solid}  direction = 1.0, 0.0{", 0.0" * solid} /
-&growth {growth or law}  {'' if growth else 'toughness = 10.0'}  direction = 'straight' /
+&growth {growth or by}  {'' if growth else 'toughness = 10.0'}  direction = 'straight' /
 &energy_release estimators = 'domain_integral' /
 {method.format(steps=steps)}
 &output {f'history_interval = {end / samples}' if way == "motion" else ''}  {more} /
@@ -93,10 +93,13 @@ def test_a_crack_that_has_arrested_runs_again(grow):
     assert row["way"][20] > row["way"][10] + 3e-3
 
 
-def test_fronts_in_what_yields_say_that_they_follow_all_of_j(hampm3d):
-    text = strip(True, "motion").replace("density = 5000", "density = 5000  law = 'j2_plastic'  yield_stress = 2e8  volumetric = 'b_bar'")
-    assert "a front grows by J, of which material that yields or creeps takes a part" in run(hampm3d, text).said
-    assert "grows by J" not in run(hampm3d, strip(True, "motion")).said
+def test_faces_take_their_toughness_where_the_body_yields(grow):
+    """The rest of J is taken by what yields. Fronts followed all of J: their faces took 8.0 and 4.0 J/m2, and went 4.7 mm where a tip goes 2.6."""
+    for stress in (2e7, 1.2e7):
+        row = grow("motion", law=f"law = 'j2_plastic'  yield_stress = {stress}  volumetric = 'b_bar'")
+        taken = row["fracture_energy"][-1] / (H * row["way"][-1])
+        print(stress, row["way"][-1], taken)
+        assert 8.2 < taken < 10.8 and row["way"][-1] > 1.5e-3
 
 
 @pytest.mark.parametrize("way", WAYS)
