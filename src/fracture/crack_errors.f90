@@ -18,7 +18,7 @@ module hampm_crack_errors
    use hampm_stiffness, only: stiffness_t
    use hampm_tip_domain, only: fields_at
    use hampm_tip_measurements, only: estimate_rates, measure_domain
-   use hampm_missing_energy, only: missing_energies, displace
+   use hampm_missing_energy, only: missing_energies, energy_about_mean, displace
    implicit none
    private
    public :: estimate_errors
@@ -221,7 +221,7 @@ contains
             by_cells = abs(missing(1) - missing(2))/(2*h*problem%particles%thickness%at(tips(number)%now))
             if (tips(number)%is_half()) by_cells = 2*by_cells
             if (maxval(tips(number)%radii) < narrow*h) by_cells = 0
-            by_cells = max(by_cells, missing(3)/max(static_tips%energy, tiny(j))*abs(j))
+            by_cells = max(by_cells, missing(3)/max(energy_about_mean(problem, static_tips%u), tiny(j))*abs(j))
          end associate
       end associate
       if (.not. (abs(j) > 0 .and. norm(k) > 0)) return

@@ -12,7 +12,7 @@ module hampm_missing_energy
    use hampm_element_stiffness, only: stiff_points, derivatives_at, n_derivatives
    implicit none
    private
-   public :: missing_energies, displace, gradient_of, stress_of, gradient_by
+   public :: missing_energies, energy_about_mean, displace, gradient_of, stress_of, gradient_by
 
    integer, parameter :: n_stress = ndim*ndim
 
@@ -67,6 +67,25 @@ contains
          end do
       end associate
    end function missing_energies
+
+   !> Strain energy of the stress of a displacement less its mean over all material [J]: by superposition a uniform stress, as of
+   !> pressure all around, has no part in what a crack releases, nor in what cells lack.
+   function energy_about_mean(m, u) result(energy)
+      type(problem_t), intent(in) :: m
+      real(dp), intent(in) :: u(:, :)            !! displacement of the points [m], (ndim, n_points)
+      real(dp) :: energy, stress(stress_components(m%particles), m%particles%n), mean(stress_components(m%particles))
+      integer :: i
+      associate (p => m%particles)
+         do i = 1, p%n
+            stress(:, i) = stress_of(m%materials(p%material(i)), gradient_by(u, m%grid%support_of(p%cell(i)), derivatives_at(m, i)))
+         end do
+         mean = matmul(stress, p%volume(:p%n))/sum(p%volume(:p%n))
+         energy = 0
+         do i = 1, p%n
+            energy = energy + p%volume(i)*energy_of_stress(m%materials(p%material(i)), stress(:, i) - mean)
+         end do
+      end associate
+   end function energy_about_mean
 
    !> Whether a place is nearer to one of others than a distance.
    pure logical function is_near(x, places, distance)

@@ -64,12 +64,15 @@ def last(columns):
     # both loads here 556979 and 11796; pressed faces that ended with whole particles at the mouth had 553859 and 14023
     ("&crack kind = 'path' points = -0.06, 0.00107, -0.03503, 0.00406, -0.02504, 0.01205 /\n", {}),
     ("&crack kind = 'path' points = 0.00727, 0.02, 0.00241, 0.01113 /\n", {"half": 0.02}),
-    (path(50, key="contact = 'frictionless'"), {})],
-    ids=["slanted", "along the grid", "upright", "refined", "edge, kinked", "from an edge", "contact"])
+    (path(50, key="contact = 'frictionless'"), {}),
+    (path(30), {"half": 0.02, "cell": 2e-3})],  # J_error of the pressed faces was 6 % larger, by the energy of the remote tension without the crack
+    ids=["slanted", "along the grid", "upright", "refined", "edge, kinked", "from an edge", "contact", "coarse"])
 def test_pressed_faces_of_paths_are_a_remote_tension(hampm, crack, options):
     faces, afar = (last(run(hampm, scene(crack, loads, **options))) for loads in (on_faces(), from_afar(half=options.get("half", HALF))))
     for name in [name for name in faces if re.fullmatch(r"(G|J|K_I|K_II|mouth_opening)(_tip2)?", name)]:
         assert faces[name] == pytest.approx(afar[name], rel=1e-9, abs=1e-9 * afar[name[0] + "_I" if name[0] == "K" else name]), name
+    for name in [name for name in faces if re.fullmatch(r"(G|J|K_I|K_II)_error(_tip2)?", name)]:
+        assert faces[name] == pytest.approx(afar[name], rel=1e-7, abs=1e-7 * afar["K_I"] if "K" in name else 0), name
     assert faces["external_work"] == pytest.approx(faces["strain_energy"], rel=1e-9)
     assert abs(faces["numerical_loss"]) < 1e-9 * faces["strain_energy"]
 
@@ -87,7 +90,8 @@ def test_pressed_faces_in_layers_of_fibres(hampm, order):
         print(name, faces[name] / afar[name] - 1)
         off = abs(faces[name] - afar[name]) / afar["K_I" if name == "K_II" else name]
         assert off < (1e-9 if order == 1 else 5e-4), name
-    assert faces["J_error"] == pytest.approx(afar["J_error"], rel=1e-3)
+    # In quadratic cells J differs by 7e-5, by what cells next to pressed faces lack of the energy, of which errors hold the part
+    assert faces["J_error"] == pytest.approx(afar["J_error"], rel=1e-7, abs=0 if order == 1 else 1e-4 * afar["J"])
 
 
 def of_order(order, text):
