@@ -11,7 +11,7 @@ module hampm_leaf_fields
    use hampm_problem, only: problem_t, refresh_grid
    use hampm_recovery, only: slope_weights
    use hampm_dofs, only: most_nodes_of_leaf
-   use hampm_lapack, only: dposv
+   use hampm_lapack, only: dsyev
    use hampm_matter, only: matter_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity, inverse_transpose
@@ -19,9 +19,9 @@ module hampm_leaf_fields
    private
    public :: is_on_crack, displacement_hourglasses, velocity_gradients
 
-   !> Added to the diagonal, of which the entries are about 1: values that the particles leave open stay small. Of the sixteen
-   !> digits of the others it takes none but the last six, and leaves six in solving for the open ones.
-   real(dp), parameter :: ridge = 1.0e-10_dp
+   !> Nodal values, or sums of them, that count for less than this of those that particles determine best are left open and 0. The
+   !> particles never fit one field better than to some percent: what hardly shows in them would come out many times too large.
+   real(dp), parameter :: hardly = 1.0e-3_dp
 
 contains
 
@@ -102,7 +102,8 @@ contains
       end associate
    end function gradient_beside_crack
 
-   !> Hourglasses (mixed derivatives) of the displacement field at the marked particles [1/m, 1/m2], none on a crack.
+   !> Hourglasses (mixed derivatives) of the displacement field at the marked particles [1/m, 1/m2]: none on a crack, and none where
+   !> material has yielded. Its plastic strains would not follow those of the children, which would store the difference.
    function displacement_hourglasses(m, marked) result(hourglasses)
       type(problem_t), intent(in) :: m
       logical, intent(in) :: marked(:)
@@ -114,9 +115,18 @@ contains
          if (.not. marked(i)) cycle
          k = k + 1
          hourglasses(:, :, k) = 0
-         if (.not. is_on_crack(m, i)) hourglasses(:, :, k) = hourglasses_at(m%matter_t, i, m%particles%cell(i), m%particles%body(i))
+         if (.not. (is_on_crack(m, i) .or. has_yielded(m%matter_t, i))) &
+            hourglasses(:, :, k) = hourglasses_at(m%matter_t, i, m%particles%cell(i), m%particles%body(i))
       end do
    end function displacement_hourglasses
+
+   !> Whether a particle has plastic strains.
+   pure logical function has_yielded(m, i)
+      type(matter_t), intent(in) :: m
+      integer, intent(in) :: i
+      has_yielded = m%materials(m%particles%material(i))%yields
+      if (has_yielded) has_yielded = any(abs(m%particles%history(i, :)) > 0)
+   end function has_yielded
 
    !> Hourglasses of the displacement field at a particle, from the particles of its body in the leaf, in the grid's coordinates: in
    !> space, in the total frame in the reference configuration.
@@ -126,7 +136,7 @@ contains
       real(dp) :: hourglasses(ndim, n_hourglasses)
       real(dp) :: matrix(most_nodes_of_leaf, most_nodes_of_leaf), rhs(most_nodes_of_leaf, ndim), part(corners, most_nodes_of_leaf)
       real(dp) :: middle(ndim), mean_u(ndim), mean_gradient(ndim, ndim), at_corner(corners, ndim), deviation(ndim)
-      real(dp) :: xi(ndim), t(ndim)
+      real(dp) :: xi(ndim), t(ndim), count_of(most_nodes_of_leaf), work(3*most_nodes_of_leaf)
       integer :: node(most_nodes_of_leaf), in_element(most_nodes_of_leaf), n, n_here, i, k, info
       hourglasses = 0
       call find_means(m, e, body, middle, mean_u, mean_gradient, n)
@@ -142,11 +152,13 @@ contains
             deviation = max(deviation, maxval(abs(spatial_gradient(m%particles, i) - mean_gradient), dim=2))
          end do
       end do
-      do k = 1, n
-         matrix(k, k) = matrix(k, k) + ridge
-      end do
-      call dposv('L', n, ndim, matrix, most_nodes_of_leaf, rhs, most_nodes_of_leaf, info)
+      call dsyev('V', 'L', n, matrix, most_nodes_of_leaf, count_of, work, size(work), info)
       if (info /= 0) return
+      rhs(:n, :) = matmul(transpose(matrix(:n, :n)), rhs(:n, :))
+      do k = 1, n
+         rhs(k, :) = merge(rhs(k, :)/max(count_of(k), tiny(1.0_dp)), 0.0_dp, count_of(k) > hardly*count_of(n))
+      end do
+      rhs(:n, :) = matmul(matrix(:n, :n), rhs(:n, :))
       call m%grid%dofs%masters_of(m%grid%element_nodes(:, e), n_here, in_element, part)
       at_corner = 0
       do k = 1, n_here

@@ -1,9 +1,13 @@
 """Refinement at its extremes, in runs of the program: the energy audit closes, and where refinement ends the user is told."""
 
+import functools
+
 import numpy as np
 import pytest
 
+import harness
 from history import History
+from paths import SOLID_PROGRAM
 
 TIP = "indicator=tip", "rings=4"
 GRADIENT = "indicator=gradient", "r_crit=1e-9", "energy_floor=0", "interval=1"
@@ -57,3 +61,36 @@ def test_refinement_ends_at_the_largest_number_of_particles(refined, refine, adv
     assert (process.returncode, process.stderr) == (0, ENDED.format(advice))
     assert 160 < max(columns["particles"]) <= 500
     assert_energy_balances(columns)
+
+
+# A block off the lattice, of 3.25 by 3.7 by 2 cells, held in its middle and pushed until it yields. Some cells hold one row of particles only, some two
+BLOCK = """\
+&run end_time = 6.4e-5{plane} /
+&grid lower = {zero}  cell = 0.03  cells = {cells} /
+&material name = 'm'  law = 'j2_plastic'  young = 7e10  poisson = {poisson}  density = 2700  yield_stress = {strength}  hardening = 1e9 /
+&body material = 'm'  points_per_cell = 2  lower = {lower}  upper = {upper}  velocity = {velocity} /
+{held}
+&load kind = 'body'  force = {force}  lower = {loaded}  history = 'table'  times = 0, 2.5e-5, 1  factors = 0, 1, 1  start = 1.9e-5 /
+&method time = 'explicit'  frame = '{frame}'  courant = 0.1 /
+&refine indicator = 'gradient'  field = 'speed'  max_level = 2  interval = 20  r_crit = 0.1  r_coarsen = 0.02  max_particles = 4000 /
+&energy_release energy_balance = .true. /
+&output history_interval = 6.4e-5 /
+"""
+BLOCKS = {"solid": dict(plane="", zero="0, 0, 0", cells="8, 8, 6", lower="0.075, 0.06, 0.06", upper="0.1725, 0.171, 0.12", velocity="0, -2.5e-3, 0", loaded="0.06, 0.122, 0.06  upper = 0.18, 0.18, 0.12",
+                        force="2083, -5855, 1313", held="&constraint lower = 0.06, 0.066, 0.066  upper = 0.18, 0.126, 0.096  fix = 'yz'  turns = .true. /\n"
+                        "&constraint lower = 0.06, 0.066, 0.084  upper = 0.18, 0.126, 0.114  fix = 'yz'  turns = .true. /\n&constraint lower = 0.06, 0, 0  upper = 0.06, 0.3, 0.3  fix = 'x' /"),
+          "plane": dict(plane="  plane = 'strain'", zero="0, 0", cells="8, 8", lower="0.075, 0.06", upper="0.1725, 0.171", velocity="0, -2.5e-3", loaded="0.06, 0.122  upper = 0.18, 0.18",
+                        force="2083, -5855", held="&constraint lower = 0, 0.06  upper = 0.3, 0.12  fix = 'xy' /")}
+
+
+@pytest.mark.parametrize("frame", ["total", "updated"])
+@pytest.mark.parametrize(("kind", "strength", "poisson"), [("solid", 1e9, 0.3), ("solid", 2e5, 0.49), ("plane", 3e4, 0.49)])
+def test_cells_that_divide_keep_the_energy(hampm, kind, frame, strength, poisson):
+    """But for the strain within a cell, of which children take more. The elastic block had 15 %, the others 7 % more by all changes, or three times as much and ended."""
+    program = functools.partial(hampm, program=SOLID_PROGRAM) if kind == "solid" else hampm
+    program.folder = hampm.folder
+    row = harness.run(program, BLOCK.format(frame=frame, strength=strength, poisson=poisson, **BLOCKS[kind]))
+    inside = row["kinetic_energy"] + row["strain_energy"] + row["plastic_dissipation"]
+    print(row["particles"], row["numerical_loss"][-1] / inside[-1], row["plastic_dissipation"][-1] / inside[-1])
+    assert row["particles"][-1] > 2 * row["particles"][0]
+    assert np.abs(row["numerical_loss"][-1]) < 0.05 * inside[-1]
