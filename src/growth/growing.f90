@@ -123,7 +123,8 @@ module hampm_growing
       ! In motion
       logical :: is_implicit = .false.           !! whether tips of law = toughness search for their advance, in implicit steps
       integer(long) :: searched = -1             !! steps before the last search for speeds; below 0: none
-      real(dp) :: integral = 0                   !! of G over the new area [J]
+      real(dp) :: integral = 0                   !! of G over the new area, up to where tips were booked last [J]
+      real(dp) :: since_booked = 0               !! the same from there to the last row [J]
       logical :: must_cut = .false.              !! whether cells are to be cut anew, where ways are planned or end, or fronts move
       integer :: pieces = 0                      !! in how many all material was at the start
       logical :: is_adrift = .false.             !! whether a separated piece moves with the load frame and carries no load

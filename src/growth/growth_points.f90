@@ -6,13 +6,13 @@ module hampm_growth_points
    use hampm_crack_values, only: crack_values_t, best_rate, is_pressed
    use hampm_cracks, only: cracks_t
    use hampm_front_values, only: front_values_t, mean_rate
-   use hampm_growing, only: growing_t, next_t, part_of_crack, widths_of
+   use hampm_growing, only: growing_t, growing_point_t, next_t, part_of_crack, widths_of
    use hampm_model, only: model_t
    use hampm_problem, only: problem_t
    use hampm_toughness, only: advance_t
    implicit none
    private
-   public :: next_of_points, book_fracture, book_rate
+   public :: next_of_points, book_fracture, book_rate, must_book
 
 contains
 
@@ -79,18 +79,38 @@ contains
       end where
    end subroutine book_fracture
 
-   !> In motion: add the integral of G over the new area of tips.
-   subroutine book_rate(growing, model, cracks, values)
+   !> Whether the integral of G over the new area of tips is to go on from a step in motion: as a tip begins to move, with each cell
+   !> it passes, and when it rests. So it does not depend on rows, between which explicit steps measure nothing else.
+   pure logical function must_book(growing, cracks, start)
+      type(growing_t), intent(in) :: growing
+      type(cracks_t), intent(in) :: cracks
+      real(dp), intent(in) :: start              !! of the step [s]
+      associate (points => growing%points(:size(cracks%tips)), tips => cracks%tips)
+         must_book = any(tips%grown > points%booked .and. &
+                         (ceiling(tips%grown/tips%nodes%spacing) > ceiling(points%booked/tips%nodes%spacing) .or. &
+                          points%last_motion <= start))
+      end associate
+   end function must_book
+
+   !> In motion: add the integral of G over the new area of tips, for a row alone unless it is to go on from there.
+   subroutine book_rate(growing, model, cracks, values, goes_on)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
+      logical, intent(in) :: goes_on
       type(front_values_t) :: fronts(0)
-      real(dp) :: taken
+      type(growing_point_t), allocatable :: points(:)
       if (size(values) == 0) return
-      call integrate_rate(growing, model, cracks, values, fronts, cracks%tips%grown - growing%points%booked, taken)
-      growing%integral = growing%integral + taken
-      growing%points%booked = cracks%tips%grown
+      points = growing%points
+      call integrate_rate(growing, model, cracks, values, fronts, cracks%tips%grown - points%booked, growing%since_booked)
+      if (goes_on) then
+         growing%integral = growing%integral + growing%since_booked
+         growing%since_booked = 0
+         growing%points%booked = cracks%tips%grown
+      else
+         growing%points = points
+      end if
    end subroutine book_rate
 
    !> The integral of G over the area of new faces: the mean of G times the length of front, before and after the advance. Both are

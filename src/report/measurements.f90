@@ -470,8 +470,8 @@ contains
                                 'area; dynamic, the work of nodal release; half of it on a symmetry plane', &
                                 problem%energies%fracture_energy)
             if (.not. (growing%is_static .or. any(problem%materials%has_history) .or. size(model%planes) > 0)) &
-               call history%record('integral_of_G', 'J', 'integral of G over the area of new faces, by rows, or '// &
-                                   'implicit steps; on a symmetry plane half of it', growing%integral)
+               call history%record('integral_of_G', 'J', 'integral of G over the area of new faces, by cells that tips pass, '// &
+                                   'or implicit steps; on a symmetry plane half of it', growing%integral + growing%since_booked)
          end if
          if (model%energy_release%energy_balance) &
             call history%record('numerical_loss', 'J', 'energy lost by the method', problem%energies%numerical_loss)

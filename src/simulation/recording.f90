@@ -9,7 +9,7 @@ module hampm_recording
    use hampm_front_values, only: front_fields
    use hampm_folders, only: ensure_folder
    use hampm_growing, only: note_branching
-   use hampm_growth_points, only: book_rate
+   use hampm_growth_points, only: book_rate, must_book
    use hampm_run_time_checks, only: check_state, check_tip, check_faces, check_modes, check_normals, check_rest
    use hampm_measurements, only: take_row, declare_columns, energy_residual, measure_tips, has_measured_tips, have_errors, &
                                   need_sample, follow_waves
@@ -161,6 +161,13 @@ contains
             call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure)
          has_measured = .true.
          call book_growth(s)
+      else if (must_book_growth(s)) then
+         if (.not. has_measured) then
+            call update_particles(s%problem)
+            call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure)
+         end if
+         has_measured = .true.
+         call book_growth(s)
       else if (.not. has_measured .and. need_sample(s%model, s%problem, s%cracks, s%measurements, next_row(s))) then
          call update_particles(s%problem)
          call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure, for_waves=.true.)
@@ -190,8 +197,17 @@ contains
    subroutine book_growth(s)
       type(simulation_t), intent(inout) :: s
       if (s%growing%are_there() .and. .not. s%growing%is_static) &
-         call book_rate(s%growing, s%model, s%cracks, s%measurements%crack)
+         call book_rate(s%growing, s%model, s%cracks, s%measurements%crack, &
+                        goes_on=.not. s%integrator%ends_at_rows .or. must_book_growth(s))
    end subroutine book_growth
+
+   !> Whether it is to be booked after this explicit step, where it is recorded.
+   pure logical function must_book_growth(s) result(must)
+      type(simulation_t), intent(in) :: s
+      must = s%growing%are_there() .and. .not. (s%growing%is_static .or. allocated(s%growing%planes) .or. &
+                                                any(s%problem%materials%has_history))
+      if (must) must = must_book(s%growing, s%cracks, s%problem%state%time - s%dt/2)
+   end function must_book_growth
 
    !> Whether the time of the next snapshot has come: it is of the end of the step in which it does.
    pure logical function has_snapshot(s)

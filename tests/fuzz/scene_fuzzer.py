@@ -57,7 +57,7 @@ def look_at_observed(program, folder, text, plain):
 
 def differing(program, text, plain, setting, is_exact=True):
     """Which columns a setting of the output changes in rows of the same step; '' for none. Steps that end at rows are others unless their length is the same, and let
-    particles follow nodes in other sums: of these the errors and what they are of are looked at, which are not rounding alone."""
+    particles follow nodes in other sums: of these the errors and what they are of, and what goes on from row to row, are looked at, which are not rounding alone."""
     with tempfile.TemporaryDirectory() as other:
         code, fault = try_run(program, Path(other), text, [setting])
         if code or fault:
@@ -66,7 +66,7 @@ def differing(program, text, plain, setting, is_exact=True):
     if not is_exact and np.ptp(np.concatenate([plain["dt"][1:], seen["dt"][1:]])) > 1e-9 * plain["dt"][-1]:
         return ""
     _, here, there = np.intersect1d(plain["step"], seen["step"], return_indices=True)
-    names = set(plain) if is_exact else {name for error in plain if error.endswith("_error") for name in (error, error[:-len("_error")])}
+    names = set(plain) if is_exact else {"integral_of_G"} | {name for error in plain if error.endswith("_error") for name in (error, error[:-len("_error")])}
     differ = [name for name, values in plain.items() if name in names & set(seen) and not are_same(values[here], seen[name][there], is_exact)]
     return f"with {setting} {', '.join(differ)} differ" if differ else ""
 
