@@ -311,11 +311,11 @@ def test_a_penny_crack_grows_at_a_given_speed(hampm):
 
 @pytest.mark.parametrize(("method", "cell", "levels", "near", "mean"), [
     ("time = 'explicit'  mass = 'weighted'", 0.1, 2, 0.035, 0.015), ("time = 'explicit'  mass = 'weighted'", 0.05, 1, 0.03, 0.012),
-    ("time = 'implicit'  time_step = 2e-5  hht_alpha = -0.1", 0.05, 1, 0.03, 0.012)])
+    ("time = 'implicit'  time_step = {}  hht_alpha = -0.1", 0.05, 1, 0.03, 0.012)])
 def test_a_penny_crack_under_a_step_of_pressure(hampm, method, cell, levels, near, mean):
     """K(t) until waves come back from the edges, in parts of the peak, against the inversion of a Fredholm equation; where the Rayleigh wave of the other side arrives, at
     c_s t/a = 2.15, K falls so steeply that the reference itself is as good as a shift by 0.03 only. With lumped masses explicit steps, which damp nothing, ring behind each front: 4 %
-    with the finer cells, where the matrix of least dispersion has 2.7 %."""
+    with the finer cells, where the matrix of least dispersion has 2.7 %. Implicit steps are five a row: by steps a quarter longer, 2e-5 s, K is 3.3 % off behind that wave; with cells of half the size 0.3 %."""
     shear = np.sqrt(YOUNG / 2.6 / DENSITY)
     end, size = 3.6 / shear, 3.7
     n = round(size / cell)
@@ -324,7 +324,7 @@ def test_a_penny_crack_under_a_step_of_pressure(hampm, method, cell, levels, nea
 &load kind = 'pressure'  on = 'crack'  pressure = {PRESSURE} /
 &crack kind = 'symmetry'  tip = 1, 0  direction = 1, 0 /
 &refine indicator = 'tip'  max_level = {levels}  rings = 6 /
-&energy_release estimators = 'domain_integral' /""", end=end, method=method), f"output.history_interval={end / 72}")
+&energy_release estimators = 'domain_integral' /""", end=end, method=method.format(end / 360)), f"output.history_interval={end / 72}")
     with open(REFERENCE / "penny_dynamic.csv") as file:
         time, factor = np.array([[float(value) for value in row[:2]] for row in csv.reader(line for line in file if line[0] != "#" and line[0].isdigit())]).T
     t, k = h["time"] * shear, h["K_I"] / (2 * PRESSURE * np.sqrt(1 / np.pi))
