@@ -11,7 +11,7 @@ module hampm_dynamic_growth
    use hampm_equation_of_motion, only: speed_by_toughness, excess_of, followed
    use hampm_forest, only: outside
    use hampm_front_values, only: front_values_t
-   use hampm_growing, only: growing_t, next_t, prescribed_advance, share_of_shear, part_of_crack
+   use hampm_growing, only: growing_t, growing_point_t, next_t, prescribed_advance, share_of_shear, part_of_crack
    use hampm_growth_points, only: next_of_points
    use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_for, why_no_room, find_end, &
                                plan_end, end_tips, &
@@ -46,7 +46,8 @@ module hampm_dynamic_growth
    real(dp), parameter :: most_turn = 0.2_dp     !! the same from one cell to the next, once a crack grows [rad]
    real(dp), parameter :: strong_turn = 0.1_dp   !! too strong to be in a domain integral [rad]
    integer, parameter :: steps_between_samples = 5 !! at G and K, where they decide on anything
-   real(dp), parameter :: about_to_start = -0.75_dp !! excess of G over the toughness above which there is a look before each step
+   real(dp), parameter :: near_start = -0.75_dp  !! excess of G over the toughness above which there is a look before each step
+   real(dp), parameter :: settling = 4           !! of cells that have been cut, in travel times of shear waves through a cell
 
 contains
 
@@ -69,7 +70,7 @@ contains
             growing%points(k)%law = law
             if (.not. of%law%gives_speed()) then
                if (.not. growing%points(k)%is_running) then ! a cut shakes cells, also those of a tip that is about to start
-                  if (growing%is_implicit .or. of%turns() .or. .not. growing%points(k)%excess > about_to_start) cycle
+                  if (growing%is_implicit .or. of%turns() .or. .not. is_about_to_start(growing%points(k))) cycle
                end if
                if (cracks%crack(tip%crack)%bonded(tip%end) > &
                    growing%points(k)%reserve + growing%points(k)%trial + lead_of(tip)) cycle
@@ -89,6 +90,12 @@ contains
          call see_around_tips(model, cracks, cracks%tips(k)%crack)
       end do
    end subroutine plan_ways
+
+   !> Whether G of a tip, as it grows now, reaches its toughness by the time at which cells that are cut now have settled.
+   pure logical function is_about_to_start(point)
+      type(growing_point_t), intent(in) :: point
+      is_about_to_start = 2*point%excess - point%lagged_excess > 0
+   end function is_about_to_start
 
    !> Plan the way of a tip to a little beyond the next cell, unless it would come too near to something, and ask to cut cells.
    subroutine plan(growing, model, m, cracks, k, of, message)
@@ -450,7 +457,7 @@ contains
                if (of%law%gives_speed()) then
                   must_check = must_check .or. now_and_then .and. of%turns()
                else                              ! a tip that has arrested may run again
-                  must_check = must_check .or. now_and_then .or. point%excess > about_to_start
+                  must_check = must_check .or. now_and_then .or. point%excess > near_start
                end if
             end associate
          end associate
@@ -493,8 +500,9 @@ contains
       real(dp) :: since                          ! the last search [s]
       real(dp) :: speed, wave, cell, start       ! [m/s], [m], [s]
       integer :: k, j, law(size(next))
-      logical :: is_measured, has_moved, by_toughness(size(next))
+      logical :: is_measured, is_first, has_moved, by_toughness(size(next))
       start = m%state%time
+      is_first = growing%searched < 0
       if (growing%is_implicit) start = start - dt ! of the step that has been tried
       since = dt
       if (.not. growing%is_implicit .and. growing%searched >= 0) since = max(1_long, m%state%steps - growing%searched)*dt
@@ -545,6 +553,9 @@ contains
                   if (values(k)%is_turned) point%lagged_speed = speed
                end if
                point%excess = excess_of(rate, next(k)%toughness, speed, point%lagged_speed, wave)
+               if (is_first) point%lagged_excess = point%excess
+               point%lagged_excess = point%excess + (point%lagged_excess - point%excess)*exp(-since*material%shear_wave_speed()/ &
+                                                                                             (settling*cell))
                point%is_running = point%is_running .or. rate >= next(k)%toughness
                point%memory = late*cell/material%shear_wave_speed()
                if (point%front == 0) then

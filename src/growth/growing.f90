@@ -59,6 +59,7 @@ module hampm_growing
       real(dp) :: width = 0                      !! of a front point: its length of the front, last measured [m]
       ! In motion, of tips of law = toughness in implicit steps, which search for their advance
       real(dp) :: excess = 0                     !! G over the toughness, less 1, after the last step [-]
+      real(dp) :: lagged_excess = -1             !! the same, explicit: as it follows in the time for which a cut shakes cells [-]
       logical :: is_held = .false.               !! whether it can go no further in the step
       ! In motion
       real(dp) :: onset = -1                     !! when it, or a front of its crack, began to move; below 0: it has not [s]
@@ -662,6 +663,7 @@ contains
       call archive%archive_reals('speed', n, growing%points%speed)
       call archive%archive_reals('lagged_speed', n, growing%points%lagged_speed)
       call archive%archive_reals('excess', n, growing%points%excess)
+      call archive%archive_reals('lagged_excess', n, growing%points%lagged_excess)
       call archive%archive_reals('share', n, growing%points%share)
       call archive%archive_reals('work_of_points', n, growing%points%work)
       call archive%archive_reals('ahead', n, growing%points%ahead)

@@ -11,7 +11,7 @@ module hampm_bonded_forces
    use hampm_crack_lines, only: both_faces
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier
-   use hampm_interface_points, only: interfaces_t, add_interface_forces
+   use hampm_interface_points, only: interfaces_t, add_interface_forces, is_half
    use hampm_jumps, only: give_nodes, jump_of
    use hampm_lapack, only: dposv
    use hampm_matter, only: matter_t
@@ -97,6 +97,7 @@ contains
       if (info /= 0) return                      ! NaN: reported elsewhere
       do i = 1, size(new)
          associate (point => interfaces%list(new(i)))
+            if (is_half(point)) x(i, :) = dot_product(x(i, :), point%normal)*point%normal
             point%initial_force = point%initial_force + sqrt(point%length)*x(i, :)
          end associate
       end do

@@ -125,11 +125,11 @@ contains
          associate (end => m%grid%cut_cells%ends(interfaces%list(s)%tip))
             associate (line => m%grid%cut_cells%lines(end%line))
                call start_bonded_point(interfaces%list(s), old, near, line%grown(end%end), m, begins(s))
-               if (max(line%bonded(end%end), line%grown(end%end)) > 0) begins(s) = .false. ! see docs/explanation/growth.md
+               if (m%particles%total_frame) begins(s) = begins(s) .and. max(line%bonded(end%end), line%grown(end%end)) > 0
             end associate
          end associate
       end do
-      if (.not. m%particles%total_frame .and. any(begins)) call balance_bonded_points(interfaces, begins, m)
+      if (any(begins)) call balance_bonded_points(interfaces, begins, m)
       do k = 1, size(m%grid%cut_cells%lines)
          if (m%grid%cut_cells%lines(k)%cohesion > 0) call add_cohesion(interfaces, m, k)
          if (.not. m%grid%cut_cells%lines(k)%contact) cycle

@@ -472,23 +472,62 @@ def flying(text, velocity):
     return text
 
 
-@pytest.mark.parametrize("law", ["law = 'prescribed'  speed = 600.0  start = 2e-6", "law = 'toughness'  toughness = 0.01"])
+@pytest.mark.parametrize("law", ["law = 'prescribed'  speed = 600.0  start = 2e-6", "law = 'toughness'  toughness = 0.05"])
 def test_a_crack_grows_in_a_plate_that_flies(hampm, law):
     """At 60 m/s it goes through a cell in 8 us. Its way is as in the total frame; energy is kept; K rings as its tips go from cell to cell. By the toughness bonded points take that times the
-    area, to 15 %: of a crack as fast as Rayleigh waves in such cells those in the total frame take 1.27 of it."""
-    text = plate(f"&growth {law}  direction = 'straight' /")
+    area in both frames, to 5 %, up to where the plate is in two. Masses are weighted: lumped ones at the faces of such fast tips radiate a fifth of it."""
+    text = plate(f"&growth {law}  direction = 'straight' /", "" if "prescribed" in law else "mass = 'weighted'")
     still, _ = run_told(hampm, text)
-    row, _ = run_told(hampm, flying(text, "60.0, -40.0"))
+    row, said = run_told(hampm, flying(text, "60.0, -40.0"))
     late = row["time"] > 4e-6
     missing = residual(row) * np.max(row["external_work"]) / np.max(row["kinetic_energy"])
     print(missing, row["crack_length"][-1], still["crack_length"][-1], np.std(row["K_I"][late] / still["K_I"][late]))
     assert missing < 1e-12
     assert row["crack_length"][-1] == pytest.approx(still["crack_length"][-1], rel=1e-9 if "prescribed" in law else 0.05)
+    assert "too coarse" not in said
     if "prescribed" in law:
         assert np.mean(row["K_I"][late] / still["K_I"][late]) == pytest.approx(1, abs=0.05)
-    asked = still["fracture_energy"][-1] if "prescribed" in law else 0.01 * (row["crack_length"][-1] - row["crack_length"][0])
-    print(row["fracture_energy"][-1] / asked)
-    assert row["fracture_energy"][-1] == pytest.approx(asked, rel=0.05 if "prescribed" in law else 0.15)
+        assert row["fracture_energy"][-1] == pytest.approx(still["fracture_energy"][-1], rel=0.05)
+        return
+    for of in (still, row):
+        taken = of["fracture_energy"][-1] / (0.05 * (of["crack_length"][-1] - of["crack_length"][0]))
+        print(taken)
+        assert taken == pytest.approx(1, abs=0.05)
+
+
+def test_a_tip_that_its_cells_cannot_slow_down_says_so(hampm):
+    """At the speed of Rayleigh waves G of a tip is 0.10 of what it would be at rest after 15 cells, 0.02 in a continuum: a toughness below that is not met, in either frame."""
+    row, said = run_told(hampm, plate("&growth law = 'toughness'  toughness = 0.01  direction = 'straight' /").replace("end_time = 8e-6", "end_time = 4e-6"))
+    running = row["time"] > 3e-6
+    print(np.mean(row["G"][running]) / 0.01)
+    assert "tip 1 is in cells that are too coarse for its toughness" in said
+    assert np.mean(row["G"][running]) > 2 * 0.01
+
+
+@pytest.mark.parametrize("frame", ["total", "updated"])
+def test_a_cut_shakes_no_tip_that_waits(hampm, frame):
+    """Cells ahead of a tip are cut while it rests, and bonded points begin with forces by which both faces go on as one: K stays that of a crack at rest up to the start, to 6 % (25 % with
+    the mean traction of the material; momentary values), and the start is in time. A tip that does not come near its toughness has K of one without growth to the last digit."""
+    toughness = bench.exact_growth()[3]
+
+    def of(growth):
+        return run_told(hampm, bench.plate(0.4e-3, growth, audit=True).replace("&method", f"&method frame = '{frame}' "))[0]
+    row = of(f"law = 'toughness'  toughness = {toughness}")
+    time, way, _, _ = bench.exact_growth()
+    rests = (row["time"] > 1.2 * bench.ARRIVAL) & (row["tip_x"] <= 0)
+    asked = bench.intensity_at_rest(row["time"])
+    seen = row["time"] > 1.7 * bench.ARRIVAL
+    off = (row["tip_x"] - np.interp(row["time"], time, way))[seen] / 0.4e-3
+    taken = row["fracture_energy"][-1] / row["integral_of_G"][-1]
+    print(np.max(np.abs(row["K_I"] / np.maximum(asked, 1) - 1)[rests]), np.min(off), np.max(off), taken)
+    assert np.max(np.abs(row["K_I"] / np.maximum(asked, 1) - 1)[rests]) < 0.06
+    assert np.all(np.abs(off) < 0.3)
+    assert taken == pytest.approx(1, abs=0.05)
+    assert residual(row) < 1e-12
+    most = np.max(asked)**2 * (1 - bench.POISSON**2) / bench.YOUNG
+    waits, without = of(f"law = 'toughness'  toughness = {1.3 * most}"), of(f"law = 'toughness'  toughness = {100 * most}")
+    assert np.max(waits["G"]) > 0.7 * waits["toughness"][-1]
+    assert np.array_equal(waits["K_I"], without["K_I"])
 
 
 @pytest.mark.verify

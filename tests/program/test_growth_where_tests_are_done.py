@@ -147,8 +147,8 @@ def missing(row):
 
 def test_a_charpy_specimen_on_anvils(hampm):
     """K_I does not know of the anvils up to 16 us: it is that of a specimen that flies freely, whose ends do not press on them before 12 us (Boehme & Kalthoff 1982,
-    Int. J. Fract. 20, R139-R143, saw such specimens without contact). The weight has bounced off by 16 us. The crack starts as K_I is that of the toughness, and
-    bonded points take that times the area, to 15 %."""
+    Int. J. Fract. 20, R139-R143, saw such specimens without contact). The weight has bounced off by 16 us. The crack starts as K_I is that of the toughness; G is that from there on, and
+    bonded points take it times the area that the tip has passed, to 10 %."""
     text = (INPUT / "charpy.nml").read_text().replace("end_time = 60.0e-6", "end_time = 45.0e-6")
     row, _ = run_told(hampm, text)
     alone = text[:text.index("&body", text.index("! the weight"))] + text[text.index("&contact"):]
@@ -165,9 +165,8 @@ def test_a_charpy_specimen_on_anvils(hampm):
     assert np.max(np.abs(press[time < 12])) < 0.15 * np.max(np.abs(press))
     assert np.all(free["contact_force_y"][time[also] > 16] == 0)
     assert np.max(row["K_I"][time <= begins]) == pytest.approx(toughness, rel=0.05)
-    assert np.mean(row["G"][running]) == pytest.approx(6e3, rel=0.1)  # with what points that fail take where q is below 1; 0.66 without (docs/explanation/growth.md)
-    grown = row["crack_length"][-1] - row["crack_length"][0]
-    assert row["fracture_energy"][-1] == pytest.approx(6e3 * 0.01 * (grown + 0.5e-3), rel=0.15)
+    assert np.mean(row["G"][running]) == pytest.approx(6e3, rel=0.03)  # with what points that fail take where q is below 1; 0.66 without (docs/explanation/growth.md)
+    assert row["fracture_energy"][-1] == pytest.approx(6e3 * 0.01 * (row["crack_length"][-1] - row["crack_length"][0]), rel=0.1)
 
 
 @pytest.mark.verify
