@@ -290,13 +290,21 @@ def test_a_damped_plate_comes_to_rest_at_the_k_of_statics(hampm, levels):
 
 
 def test_explicit_and_implicit_steps_agree(hampm):
-    more = SLANTED + "&output history_interval = 1e-7 /\n"
+    """Energies at each time, and K as means over the time of a wave through a cell: momentary K swings by 1 % at 3 to 5 MHz, by waves of half a cell, whose phase hangs on the step; it does
+    in implicit steps of 10 and 5 ns, too."""
+    more = SLANTED + "&output history_interval = 2e-8 /\n"
     implicit = run(hampm, step("time = 'implicit' time_step = 1e-8", more))
     explicit = run(hampm, step("time = 'explicit'", more))
+    times = np.arange(0.0, 8e-6, 2e-8)
+    wave = round(2e-3 / 5875 / 2e-8)
+
+    def means(row, name):
+        values = np.interp(times, row["time"], row[name])
+        return np.convolve(values, np.ones(wave) / wave, "valid") if "K_" in name else values
     for name in ("K_I", "K_II", "strain_energy", "kinetic_energy"):
-        off = np.sqrt(np.mean((explicit[name] - implicit[name])**2)) / np.max(np.abs(implicit[name.replace("K_II", "K_I")]))
+        off = np.sqrt(np.mean((means(explicit, name) - means(implicit, name))**2)) / np.max(np.abs(means(implicit, name.replace("K_II", "K_I"))))
         print(name, off)
-        assert off < 0.01, name
+        assert off < 0.005, name
 
 
 @pytest.mark.parametrize("contact", ["contact = 'frictionless'", "contact = 'friction' friction = 0.3"])
