@@ -44,20 +44,22 @@ def test_a_resistance_curve_goes_on_from_a_checkpoint(hampm, stop):
 
 
 def test_a_resistance_curve_in_slow_motion(hampm):
-    """The same beam, opened slowly: G on the curve to 1 %, the load within 3 % of that of beams in cells of 1 mm, and what faces have taken is the area under
-    the curve to 1 %."""
+    """The same beam, opened slowly: G on the curve to 1 %, the load within 3 % of that of beams in cells of 1 mm, and what faces take from 2.5 mm on is the area under
+    the curve to 0.8 %: within the two cells over which forces fall 0.3 of a cell more than the way of the tip is taken, once."""
     row, _ = run_told(hampm, input_of("dcb_r_curve_slow"))
     grows = row["tip_x"] > 30.5e-3
     resistance = np.interp(row["tip_x"] - 30e-3, *CURVE)
     off = row["reaction_upper_y"][grows] / beam_load(row["tip_x"], resistance)[grows] - 1
-    way = np.linspace(0, row["tip_x"][-1] - 30e-3, 1000)
+    first = np.flatnonzero(row["tip_x"] > 32.5e-3)[0]
+    way = np.linspace(row["tip_x"][first] - 30e-3, row["tip_x"][-1] - 30e-3, 1000)
     area = 0.01 * np.trapezoid(np.interp(way, *CURVE), way)
-    print(off, row["fracture_energy"][-1] / area, row["tip_x"][-1])
+    taken = row["fracture_energy"][-1] - row["fracture_energy"][first]
+    print(off, taken / area, row["tip_x"][-1])
     assert row["tip_x"][-1] > 50e-3
     assert row["toughness"] == pytest.approx(resistance, rel=1e-9)
     assert np.max(np.abs(row["G"][grows] / resistance[grows] - 1)) < 0.0105
     assert 0 < np.mean(off) < 0.02 and np.max(np.abs(off)) < 0.03
-    assert row["fracture_energy"][-1] == pytest.approx(area, rel=0.01)
+    assert taken == pytest.approx(area, rel=0.008)
 
 
 @pytest.mark.parametrize("law", ["benzeggagh_kenane", "hutchinson_suo"])
