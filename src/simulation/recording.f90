@@ -204,7 +204,7 @@ contains
    !> Whether it is to be booked after this explicit step, where it is recorded.
    pure logical function must_book_growth(s) result(must)
       type(simulation_t), intent(in) :: s
-      must = s%growing%are_there() .and. .not. (s%growing%is_static .or. allocated(s%growing%planes) .or. &
+      must = s%growing%are_there() .and. .not. (s%growing%is_static .or. size(s%model%planes) > 0 .or. &
                                                 any(s%problem%materials%has_history))
       if (must) must = must_book(s%growing, s%cracks, s%problem%state%time - s%dt/2)
    end function must_book_growth
