@@ -238,3 +238,17 @@ def test_what_is_stored_ahead_is_released(hampm, tmp_path, growth):
     assert np.mean(row["G_mean"][late]) == pytest.approx(STEADY, rel=0.03)
     if "toughness" in growth:
         assert np.mean(row["front_speed"][late]) == pytest.approx(1500 * (1 - 10 / STEADY), rel=0.05)
+
+
+def test_rows_change_nothing(hampm, tmp_path):
+    """Steps of 40 ns, with a row at each and at each third: where a row was in a step in which the front had opened nodes, G was measured twice, and the second was
+    another one: by 2e-3 of G at the end."""
+    *_, toughness = bench.exact_growth()
+    h, rows = bench.HEIGHT / 20, []
+    for interval in ("4e-8", "1.2e-7"):
+        text = WAVE.format(end=3.24e-6, h=h, n=40, n_y=21, force=0.5e6 * 20e-3 * h, toughness=toughness)
+        rows.append(run(hampm, tmp_path, text.replace("history_interval = 2e-8", f"history_interval = {interval}"))[0])
+    each, third = rows
+    assert np.all(each["dt"][1:] == pytest.approx(4e-8)) and np.all(third["dt"][1:] == pytest.approx(4e-8))
+    for name in ("G_mean", "crack_area", "fracture_energy"):
+        assert each[name][::3] == pytest.approx(third[name], rel=1e-11, abs=1e-11 * np.max(third[name])), name
