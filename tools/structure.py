@@ -40,8 +40,8 @@ STEPS = {  # from the loop of a run to where a step is done
                      ("run.advance_to_row", "take_step", "step_in_tiles", "particle_kernels.add_field"),
                      ("run.advance_to_row", "take_step", "step_in_stages", "particle_kernels.add_field")),
     "by operators of cells": (("run.advance_to_row", "take_step", "step_in_tiles", "nodal_kernels.find_accelerations"),
-                              ("run.advance_to_row", "take_step", "step_in_tiles", "element_kernels.apply_mass"),
-                              ("run.advance_to_row", "take_step", "step_in_stages", "element_kernels.apply_mass"))}
+                              ("run.advance_to_row", "take_step", "step_in_tiles", "element_kernels.mass_by_lines"),
+                              ("run.advance_to_row", "take_step", "step_in_stages", "element_kernels.mass_by_lines"))}
 COLUMN = re.compile(r"G_(\w+)_I{0,2}$")
 STEP = re.compile(r"^\| (`\w+`(?:, `\w+`)*) \| `src/([\w/]+\.f90)` \| (?:`(\w+)`)?(?:, bound as `(\w+)` in `src/([\w/]+\.f90)`)? ?\|", re.MULTILINE)
 WALK = re.compile(r"^\| (\d)\. [^|]+ \| `(input/[\w/]+\.nml)` \| ([A-Z, ]+) \| (\d+) \| (\d+) \|$", re.MULTILINE)
