@@ -76,11 +76,20 @@ contains
          end associate
       end do
       inverse = spread(merge(1/max(mass, tiny(mass)), 0.0_dp, mass > 0), 1, ndim)
+      do i = 1, size(new)                        ! nodes of a symmetry plane that is not cut there do not move
+         associate (point => interfaces%list(new(i)))
+            if (.not. is_half(point)) cycle
+            do j = 1, count(point%jump%node > 0)
+               if (.not. any(m%grid%cut_cells%freed_at(m%grid%node_position(:, point%jump%node(j))))) &
+                  inverse(:, point%jump%node(j)) = 0
+            end do
+         end associate
+      end do
       force = inverse*spread(min(1.0_dp, held), 1, ndim)*force
       damping = 0
       do i = 1, size(new)
          associate (point => interfaces%list(new(i)), n => count(interfaces%list(new(i))%jump%node > 0))
-            damping = max(damping, firm*point%cell*sum(point%jump%share(:n)**2/mass(point%jump%node(:n))))
+            damping = max(damping, firm*point%cell*sum(point%jump%share(:n)**2*inverse(1, point%jump%node(:n))))
             x(i, :) = sqrt(point%length)*jump_of(point%jump, force)
             moved = 0
             call give_nodes(point%jump, spread(1.0_dp, 1, ndim), moved, inverse)
