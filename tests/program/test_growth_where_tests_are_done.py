@@ -236,7 +236,7 @@ def test_the_plate_of_kalthoff_with_its_projectile(hampm):
     assert row["tip_angle"][moves] == pytest.approx(77.6, abs=2)
     assert 60 < mean < 75
     # lumped masses radiate a fifth to a quarter of what bonded points should take (docs/explanation/growth.md)
-    finer, _ = run_told(hampm, INPUT / "kalthoff_striker.nml", "method.mass='weighted'", "run.end_time=26e-6", name="weighted", timeout=600)
+    finer, _ = run_told(hampm, INPUT / "kalthoff_striker.nml", "method.mass='weighted'", "run.end_time=22e-6", name="weighted")
     assert finer["fracture_energy"][-1] == pytest.approx(22146 * (finer["crack_length"][-1] - 0.05), rel=0.1)
     assert np.all(row["contact_force_x"][time > 50] == 0) and np.any(row["contact_force_x"][time < 40] < 0)
 
