@@ -10,11 +10,11 @@ module hampm_group_values
    use hampm_settings, only: settings_t
    implicit none
    private
-   public :: run_keys_t, take_run, grid_spec_t, take_grid, material_keys_t, take_material, body_keys_t, take_body, &
-      constraint_keys_t, take_constraint, load_keys_t, take_load, damping_t, take_damping, contact_keys_t, take_contact, &
-      method_keys_t, take_method, take_refine, crack_keys_t, take_crack, cohesive_keys_t, take_cohesive, growth_keys_t, &
-      take_growth, nucleation_keys_t, take_nucleation, control_keys_t, take_control, energy_release_keys_t, &
-      take_energy_release, probe_keys_t, take_probe, output_t, take_output
+   public :: groups_t, take_groups, run_keys_t, take_run, grid_spec_t, take_grid, material_keys_t, take_material, &
+      body_keys_t, take_body, constraint_keys_t, take_constraint, load_keys_t, take_load, damping_t, take_damping, &
+      contact_keys_t, take_contact, method_keys_t, take_method, take_refine, crack_keys_t, take_crack, cohesive_keys_t, &
+      take_cohesive, growth_keys_t, take_growth, nucleation_keys_t, take_nucleation, control_keys_t, take_control, &
+      energy_release_keys_t, take_energy_release, probe_keys_t, take_probe, output_t, take_output
 
    !> &run: what is computed, and for how long
    type :: run_keys_t
@@ -180,6 +180,14 @@ module hampm_group_values
       real(dp) :: checkpoint_interval = 0.0_dp !! wall time between checkpoints, from which --resume goes on; 0: none [s]
       integer :: checkpoint_steps = 0         !! steps between checkpoints; 0: none
    end type output_t
+
+   !> The groups that are in a model once, as their keys have them.
+   type :: groups_t
+      type(grid_spec_t) :: grid
+      type(damping_t) :: damping
+      type(refine_t) :: refine
+      type(output_t) :: output
+   end type groups_t
 
 contains
 
@@ -440,4 +448,14 @@ contains
       values%checkpoint_interval = settings%number(entry, 'checkpoint_interval')
       values%checkpoint_steps = nint(settings%number(entry, 'checkpoint_steps'))
    end subroutine take_output
+
+   !> Take the values of these groups.
+   pure subroutine take_groups(settings, groups)
+      type(settings_t), intent(in) :: settings
+      class(groups_t), intent(inout) :: groups
+      call take_grid(settings, settings%find('grid', 1), groups%grid)
+      call take_damping(settings, settings%find('damping', 1), groups%damping)
+      call take_refine(settings, settings%find('refine', 1), groups%refine)
+      call take_output(settings, settings%find('output', 1), groups%output)
+   end subroutine take_groups
 end module hampm_group_values

@@ -12,8 +12,7 @@ module hampm_model
    use hampm_cycles_group, only: cycles_t, fill_cycles
    use hampm_control_group, only: control_t, fill_control
    use hampm_crack_groups, only: crack_spec_t, fill_cracks, energy_release_t, fill_energy_release, growth_t, fill_growth
-   use hampm_group_values, only: damping_t, grid_spec_t, output_t, take_contact, take_damping, take_grid, take_method, &
-                                 take_output, take_refine, take_run
+   use hampm_group_values, only: damping_t, grid_spec_t, groups_t, output_t, take_contact, take_groups, take_method, take_run
    use hampm_plain_groups, only: run_t, body_contact_spec_t, method_t
    use hampm_material_group, only: material_spec_t, fill_materials
    use hampm_nucleation_group, only: nucleation_t, fill_nucleations
@@ -27,19 +26,16 @@ module hampm_model
              mass_used, run_t, grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
              damping_t, body_contact_spec_t, method_t, refine_t, crack_spec_t, growth_t, energy_release_t, probe_t, output_t
 
-   !> All groups.
-   type :: model_t
+   !> All groups: grid, damping, refine, output and others that are no more than their keys, and these.
+   type, extends(groups_t) :: model_t
       type(run_t) :: run
-      type(grid_spec_t) :: grid
       type(material_spec_t), allocatable :: materials(:) !! of which there are bodies
       type(body_t), allocatable :: bodies(:)
       type(hole_t), allocatable :: holes(:)      !! &body with hole = .true.
       type(constraint_spec_t), allocatable :: constraints(:)
       type(load_spec_t), allocatable :: loads(:)
-      type(damping_t) :: damping
       type(body_contact_spec_t) :: contact
       type(method_t) :: method
-      type(refine_t) :: refine
       type(crack_spec_t), allocatable :: paths(:) !! cracks of the plane
       type(crack_spec_t), allocatable :: planes(:) !! those of solids
       type(cohesive_t), allocatable :: cohesive(:)
@@ -49,7 +45,6 @@ module hampm_model
       type(cycles_t) :: cycles
       type(energy_release_t) :: energy_release
       type(probe_t), allocatable :: probes(:)
-      type(output_t) :: output
       character(:), allocatable :: as_used       !! complete namelist text: every key with the value in force
       character(:), allocatable :: as_begun      !! the same at the begin of the run, before it was resumed with other values
       character(:), allocatable :: warned        !! warnings of the table of rules, a line each
@@ -85,15 +80,12 @@ contains
       type(settings_t), intent(in) :: settings
       type(model_t), intent(inout) :: model
       type(crack_spec_t), allocatable :: cracks(:)
+      call take_groups(settings, model)
       call take_run(settings, settings%find('run', 1), model%run)
       model%run%thickness%of_plate = merge(settings%number(settings%find('run', 1), 'thickness'), 1.0_dp, ndim == plane)
       model%run%thickness%is_ring = model%run%plane == 'axisymmetric'
-      call take_grid(settings, settings%find('grid', 1), model%grid)
-      call take_damping(settings, settings%find('damping', 1), model%damping)
       call take_contact(settings, settings%find('contact', 1), model%contact)
       call take_method(settings, settings%find('method', 1), model%method)
-      call take_output(settings, settings%find('output', 1), model%output)
-      call take_refine(settings, settings%find('refine', 1), model%refine)
       call choose_indicator(model%refine)
       call fill_materials(settings, model%materials)
       call fill_bodies(settings, model%bodies)

@@ -14,7 +14,7 @@ from paths import ROOT
 
 PAGE = (ROOT / "docs/how-to/extending.md").read_text()
 BLOCK = re.compile(r"^```(fortran|toml|diff) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-FILES = {"A material law": (1, 1), "A key": (0, 2), "A group": (1, 2), "An estimator": (1, 1),
+FILES = {"A material law": (1, 1), "A key": (0, 2), "A group": (1, 1), "An estimator": (1, 1),
          "A law of crack growth": (1, 2), "An indicator of refinement": (1, 2)}  # new, changed
 
 

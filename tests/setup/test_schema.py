@@ -54,6 +54,16 @@ def test_a_new_key_is_one_line(tree):
     assert "allowed='(0, 1)', lowest=0.0_dp, above=.true., highest=1.0_dp, below=.true." in (tree / "src/input/key_table.f90").read_text()
 
 
+def test_a_new_group_is_one_file(tree):
+    (tree / "src/input/schema/scale.toml").write_text(
+        "meaning = 'by how much'\npresence = 'assumed'\n[keys]\nloads = { type = 'real', default = '1.0', range = '(0, inf)', meaning = 'factor' }\n"
+        "[rules]\ntable = [{ if = '&scale loads > 1', not_with = 'several bodies', mechanics = 'of a reason' }]\n")
+    assert schema("--tree", tree).returncode == 0
+    assert "type(scale_keys_t) :: scale" in (tree / "src/input/group_values.f90").read_text()
+    assert (tree / "src/input/key_table.f90").read_text().count("group_t('scale', .false., is_assumed, 'by how much')]") == 1
+    assert "rule_t('&scale loads > 1', not_with" in (tree / "src/input/rule_table.f90").read_text()
+
+
 @pytest.mark.parametrize(("name", "old", "new", "said"), [
     ("crack.toml", "if = '&crack length'", "if = '&crack lenght'", "'&crack lenght' names what there is not"),
     ("crack.toml", "if = '&crack length'", "if = '&crak length'", "'&crak length' names what there is not"),
@@ -62,7 +72,7 @@ def test_a_new_key_is_one_line(tree):
     ("crack.toml", "if = '&crack length', requires", "if = '&crack length', require", "crack.toml: a rule has"),
     ("damping.toml", "range = '[0, inf)'", "range = '0 .. inf'", "is no interval"),
     ("damping.toml", "unit =", "units =", "damping.toml: rate has ['units']"),
-    ("order.toml", "'probe', 'output']", "'probe']", "order.toml and the files differ by ['output']"),
+    ("order.toml", "'probe', 'output']", "'prob', 'output']", "order.toml names ['prob'], of which there is no file"),
     ("body.toml", "by_hand = ['lower',", "by_hand = ['lowest',", "by_hand has ['lowest']"),
 ])
 def test_what_it_could_not_mean_is_refused(tree, name, old, new, said):
