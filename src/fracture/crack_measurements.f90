@@ -65,6 +65,14 @@ contains
                values%behind = at_node
             end if
          end associate
+         if (tip%grown > 0 .and. .not. tip%has_layers) then ! K by fields has no certain sign near the speed of Rayleigh waves
+            values%intensity(1) = sign(values%intensity(1), values%behind(1))
+            values%domain(1) = sign(values%domain(1), values%behind(1))
+            if (tip%may_close) then
+               values%intensity(1) = max(values%intensity(1), 0.0_dp)
+               values%domain(1) = max(values%domain(1), 0.0_dp)
+            end if
+         end if
          field = fields_at(problem%materials, tip)
          call follow_values(tip, field(1), problem%state%time, pace_of(problem, tip, values), values)
          best = values%best(tip, problem%materials(tip%material_in(problem%materials))%isotropic)

@@ -112,11 +112,9 @@ contains
             k(:, i) = field%of_rate(k(:, i), values%j(i))
          end do
       end if
-      if (tip%may_close) then                    ! K_I left by the pressure there is an error
-         k(1, :) = max(k(1, :), 0.0_dp)
-         if (closed%are_closed) k(1, :) = 0
-      end if
+      if (tip%may_close .and. .not. tip%grown > 0) k(1, :) = max(k(1, :), 0.0_dp) ! K_I left by the pressure there is an error
       if (closed%are_closed) then                ! faces that stick are no crack
+         k(1, :) = 0
          most = closed%largest_intensity(domain%material%plane_modulus())
          k(2, :) = sign(min(abs(k(2, :)), most), k(2, :))
          k_uncertainty(2, :) = min(k_uncertainty(2, :), most)

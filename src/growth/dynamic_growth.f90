@@ -519,9 +519,8 @@ contains
                point%material = cracks%tips(k)%material_in(m%materials)
                has_moved = has_moved .and. cracks%tips(k)%grown > 0
             end if
-            if (direction == 'hoop_stress') then
-               if (.not. has_moved) &
-                  rate = max(hoop_intensity(next(k)%intensity), 0.0_dp)**2/m%materials(point%material)%plane_modulus()
+            if (direction == 'hoop_stress' .and. .not. has_moved) then
+               rate = max(hoop_intensity(next(k)%intensity), 0.0_dp)**2/m%materials(point%material)%plane_modulus()
             else if (.not. is_opened(trim(direction), next(k)%intensity)) then
                rate = 0
             end if
@@ -560,7 +559,8 @@ contains
                point%memory = late*cell/material%shear_wave_speed()
                if (point%front == 0) then
                   if (runs_out(growing, model, cracks, k)) point%excess = 0
-                  if (point%is_running .and. .not. growing%is_implicit) call note_coarse_cells(k, rate/next(k)%toughness)
+                  if (point%is_running .and. .not. growing%is_implicit) &
+                     call note_coarse_cells([k], cracks%tips(k)%grown/cracks%tips(k)%nodes%spacing)
                end if
                if (.not. point%is_running .or. growing%is_implicit) cycle
                if (is_measured) then
@@ -572,15 +572,23 @@ contains
             end associate
          end associate
       end do
+      do j = 1, size(fronts)
+         associate (of => pack([(k, k=1, size(next))], growing%points%front == j .and. growing%points%is_running))
+            if (any(growing%points(of)%onset >= 0)) call note_coarse_cells(of, maxval(growing%points(of)%speed)* &
+                                                                         (start - growing%points(of(1))%onset)/m%grid%finest_cell)
+         end associate
+      end do
 
    contains
 
-      !> Note a tip that runs far above its toughness.
-      subroutine note_coarse_cells(k, part)
-         integer, intent(in) :: k
-         real(dp), intent(in) :: part            !! G over the toughness [-]
-         if (cracks%tips(k)%grown > from_start*cracks%tips(k)%nodes%spacing .and. part > far_above) &
-            call growing%warn_once(k, 'is in cells that are too coarse for its toughness: it runs with a G of '// &
+      !> Note a tip, or the points of a front in the mean, that runs far above its toughness.
+      subroutine note_coarse_cells(of, way)
+         integer, intent(in) :: of(:)            !! numbers of the points
+         real(dp), intent(in) :: way             !! since the start [cells]
+         real(dp) :: part                        ! G over the toughness [-]
+         part = sum(next(of)%rate)/sum(next(of)%toughness)
+         if (way > from_start .and. part > far_above) &
+            call growing%warn_once(of(1), 'is in cells that are too coarse for its toughness: it runs with a G of '// &
                                   three_digits(part)//' times that at t = '//three_digits(m%state%time)// &
                                   ' s. Its speed and fracture_energy may be off; take smaller cells there', message)
       end subroutine note_coarse_cells

@@ -227,6 +227,15 @@ def test_a_front_by_the_equation_of_motion(hampm, tmp_path):
     assert missing(row) < 1e-12
 
 
+@pytest.mark.parametrize("toughness, told", ((1.5, True), (20.0, False)))
+def test_a_front_that_its_cells_cannot_slow_down_says_so(hampm, tmp_path, toughness, told):
+    """As of a tip: with a fifteenth of G as toughness it runs at the speed of Rayleigh waves with 8 times its toughness, and faces take 2.4 times that."""
+    (tmp_path / "case.nml").write_text(strip(f"law = 'toughness'  toughness = {toughness}  start = 50e-6", end=54e-6))
+    result = hampm("case.nml", program=SOLID_PROGRAM)
+    assert result.returncode == 0
+    assert ("a front is in cells that are too coarse for its toughness" in result.stderr) == told
+
+
 @pytest.mark.verify
 @pytest.mark.parametrize("growth", ("law = 'prescribed'  speed = 1455.0  start = 70e-6",
                                     "law = 'toughness'  toughness = 10.0  limit_speed = 1500.0"))

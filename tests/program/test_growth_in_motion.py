@@ -721,3 +721,33 @@ def test_a_constraint_ends_at_a_crack(hampm):
     above = run_told(hampm, text.replace("upper = 0.0, 0.025", "upper = 0.0, 0.0265"))[0]
     assert row["external_work"][-1] == pytest.approx(below["external_work"][-1], rel=0.05)
     assert above["external_work"][-1] > 1.05 * below["external_work"][-1]
+
+
+REVERSED = """&run plane = 'strain'  end_time = 7.4e-6 /
+&grid lower = -12e-3, -12.48e-3  cell = 0.48e-3  cells = 56, 52 /
+&material name = 'm'  young = 100e9  poisson = 0.25  density = 7000 /
+&body material = 'm'  lower = -12e-3, -12e-3  upper = 14.88e-3, 12e-3 /
+&constraint lower = -12e-3, -12e-3  upper = -12e-3, 12e-3  fix = 'x' /
+&constraint lower = 14.88e-3, -12e-3  upper = 14.88e-3, 12e-3  fix = 'x' /
+{loads}
+&method mass = 'weighted' /
+&crack kind = 'path'  points = -12e-3, 0.0, 0.0, 0.0  {contact} /
+&growth law = 'toughness'  toughness = 0.01  direction = '{direction}' /
+&energy_release estimators = 'domain_integral' /
+&output file = 'reversed.h5'  history_interval = 5e-8 /
+"""
+
+
+@pytest.mark.parametrize(("direction", "contact"), [("straight", ""), ("hoop_stress", ""), ("straight", "contact = 'frictionless'")])
+def test_waves_of_compression_stop_a_tip_and_noise_does_not(hampm, direction, contact):
+    """A wave of tension of 0.5 MPa drives a crack to 0.7 of the speed of Rayleigh waves, where K by fields has no certain sign; one of compression comes at 5.50 us and
+    brings K(t, 0) of both (Freund 1990) to 0 at 5.66 us. It stood still before that with a G of 1.4 times its toughness, and by `hoop_stress` ran on behind it
+    by 5 cells, at up to 2100 m/s under K_I < 0."""
+    times = "history = 'table'  times = 0.0, 2.6e-6, 2.65e-6, 1.2e-5  factors = 1.0, 1.0, -3.0, -3.0"
+    row, _ = run_told(hampm, REVERSED.format(direction=direction, contact=contact, loads="\n".join(
+        f"&load kind = 'traction'  lower = -12e-3, {y}  upper = 14.88e-3, {y}  force = 0.0, {np.sign(y) * 6720}  {times} /" for y in (12e-3, -12e-3))))
+    runs = (row["time"] > row["time"][np.flatnonzero(row["tip_speed"] > 0)[0]]) & (row["time"] < 5.52e-6)
+    print(row["tip_x"][runs][-1], row["tip_x"][-1])
+    assert np.all(row["tip_speed"][runs] > 0) and np.all(row["K_I"][runs] > 0)
+    assert row["tip_x"][-1] - row["tip_x"][runs][-1] < 0.48e-3        # a cell
+    assert np.ptp(row["tip_x"][row["time"] > 6.2e-6]) == 0
