@@ -8,7 +8,8 @@ module hampm_energy
    implicit none
    private
    public :: kinetic_energy, energy_density_of, strain_energy, dissipation, linear_momentum, angular_momentum, n_turns, &
-              largest_displacement, largest_gradient, largest_stretch, most_crushed_particle, determinant_of, liveliest_particle
+              largest_displacement, largest_gradient, largest_strain, stretches_of, most_crushed_particle, determinant_of, &
+              liveliest_particle
 
    integer, parameter :: n_turns = ndim*(ndim - 1)/2 !! axes around which bodies turn: z or, in space, x, y and z
    integer, parameter :: from_to(2, 3) = reshape([2, 3, 3, 1, 1, 2], [2, 3])
@@ -200,24 +201,33 @@ contains
       end do
    end function largest_of
 
-   !> Largest principal stretch of a particle, the root of the largest eigenvalue of F^T F [-].
-   pure real(dp) function largest_stretch(p, i) result(stretch)
+   !> Least and largest principal stretch of a particle, the roots of eigenvalues of F^T F [-].
+   pure function stretches_of(p, i) result(stretch)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
-      real(dp) :: f(ndim, ndim), transposed(ndim, ndim), c(ndim, ndim), mean, size_of, part
+      real(dp), parameter :: third = 2*acos(-1.0_dp)/3 ! of a turn
+      real(dp) :: stretch(2), f(ndim, ndim), transposed(ndim, ndim), c(ndim, ndim), mean, size_of, angle
       f = identity + p%gradient_of(i)
       transposed = transpose(f)
       c = product_of(transposed, f)
-      if (ndim == 2) then
-         stretch = sqrt((c(1, 1) + c(2, 2))/2 + hypot((c(1, 1) - c(2, 2))/2, c(1, 2)))
-         return
-      end if
       mean = trace(c)/ndim
       c = c - mean*identity
-      size_of = sqrt(sum(c**2)/6)
-      part = determinant(c)/max(2*size_of**3, tiny(mean))
-      stretch = sqrt(mean + 2*size_of*cos(acos(min(max(part, -1.0_dp), 1.0_dp))/3))
-   end function largest_stretch
+      if (ndim == 2) then
+         stretch = hypot(c(1, 1), c(1, 2))*[-1, 1]
+      else
+         size_of = sqrt(sum(c**2)/6)
+         angle = acos(min(max(determinant(c)/max(2*size_of**3, tiny(mean)), -1.0_dp), 1.0_dp))/3
+         stretch = 2*size_of*cos(angle + [third, 0.0_dp])
+      end if
+      stretch = sqrt(max(mean + stretch, 0.0_dp))
+   end function stretches_of
+
+   !> Largest strain of a particle, of what is stretched or compressed [-].
+   pure real(dp) function largest_strain(p, i)
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      largest_strain = maxval(abs(stretches_of(p, i) - 1))
+   end function largest_strain
 
    !> The particle with the smallest determinant of F among those whose law needs it positive; 0 if there are none.
    pure integer function most_crushed_particle(p, materials) result(crushed)

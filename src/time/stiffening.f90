@@ -6,7 +6,7 @@
 module hampm_stiffening
    use hampm_kinds, only: dp, ndim
    use hampm_element_stiffness, only: change_of_stress
-   use hampm_energy, only: determinant_of, largest_stretch
+   use hampm_energy, only: determinant_of, stretches_of
    use hampm_law, only: most_columns
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
@@ -32,9 +32,8 @@ contains
          if (.not. materials(p%material(i))%is_finite) cycle
          of_volume = determinant_of(p, i)
          if (.not. of_volume > 0) cycle          ! a run-time check tells
-         now(2) = largest_stretch(p, i)
-         now(3) = 1/of_volume
-         now(1) = now(3)*now(2)**(ndim - 1)      ! one over the least stretch, or more
+         now = [stretches_of(p, i), 1/of_volume]
+         now(1) = 1/now(1)
          associate (m => p%material(i))
             where (now > value(:, m))
                worst(:, m) = i

@@ -30,3 +30,20 @@ def test_a_beam_that_flies_through_the_cells(hampm, tmp_path):
     result = hampm("beam.nml")
     assert result.returncode == 0, result.stderr
     assert "travelled" not in result.stderr
+
+
+def test_a_compressed_block_that_turns_through_the_cells(hampm, tmp_path):
+    """It stores 0.032 J under a pressure all around, as in cpdi domains; by 14 ms a third more, with more than twice its kinetic energy. Compression counts as stretch does."""
+    sides = "\n".join(f"&load kind = 'pressure'  lower = {a}  upper = {b}  pressure = 2e4  history = 'smooth_ramp'  rise_time = 5e-3 /" for a, b in (
+        ("-10e-3, 4e-3", "10e-3, 4e-3"), ("-10e-3, -4e-3", "10e-3, -4e-3"), ("-10e-3, -4e-3", "-10e-3, 4e-3"), ("10e-3, -4e-3", "10e-3, 4e-3")))
+    (tmp_path / "block.nml").write_text(f"""
+&run plane = 'strain'  end_time = 15e-3 /
+&grid lower = -40e-3, -40e-3  cell = 2e-3  cells = 40, 40 /
+&material name = 'rubber'  law = 'neo_hookean'  young = 1e6  poisson = 0.3  density = 1000 /
+&body material = 'rubber'  lower = -10e-3, -4e-3  upper = 10e-3, 4e-3  spin = 50.0 /
+{sides}
+&method frame = 'updated' /
+""")
+    result = hampm("block.nml")
+    assert result.returncode == 0, result.stderr
+    assert "strained material has travelled through the cells" in result.stderr
