@@ -151,9 +151,7 @@ contains
          end associate
       end do
       call move_nodes(self, interfaces, m, acting, masses, solver, failure)
-      acceleration = acceleration + self%moved
-      velocity = velocity + dt*self%moved
-      self%moved = 0
+      call take_moved(self, acceleration, dt, velocity)
    end subroutine hold_faces
 
    !> Add the accelerations by the forces of the points at their present openings, between steps.
@@ -175,9 +173,32 @@ contains
          acting(:, k) = force_at(interfaces, k)
       end do
       call move_nodes(self, interfaces, m, acting, masses, solver, failure, is_aside=.true.)
-      acceleration = acceleration + self%moved
-      self%moved = 0
+      call take_moved(self, acceleration)
    end subroutine accelerate_by_faces
+
+   !> Add `moved` to the accelerations, and to velocities what it makes of them in a step, and clear it.
+   pure subroutine take_moved(self, acceleration, dt, velocity)
+      type(interface_step_t), intent(inout) :: self
+      real(dp), intent(inout) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
+      real(dp), intent(in), optional :: dt       !! [s]
+      real(dp), intent(inout), optional :: velocity(:, :) !! [m/s]
+      integer :: k, j
+      if (self%are_near) then                    ! all nodes
+         acceleration = acceleration + self%moved
+         if (present(velocity)) velocity = velocity + dt*self%moved
+         self%moved = 0
+         return
+      end if
+      do k = 1, size(self%responses)
+         do j = 1, size(self%responses(k)%acceleration, 2)
+            associate (i => self%responses(k)%node(j))
+               acceleration(:, i) = acceleration(:, i) + self%moved(:, i)
+               if (present(velocity)) velocity(:, i) = velocity(:, i) + dt*self%moved(:, i)
+               self%moved(:, i) = 0              ! other points name it, too
+            end associate
+         end do
+      end do
+   end subroutine take_moved
 
    !> Find -A C' f, in `moved`, which is 0 before.
    subroutine move_nodes(self, interfaces, m, acting, masses, solver, failure, is_aside)
