@@ -10,7 +10,7 @@ module hampm_nodal_kernels
    implicit none
    private
    public :: assemble_sums, exchange_high_valence, find_masses, find_velocities, find_accelerations, find_kept_velocities, &
-             find_kept_accelerations, divide_by_mass, advance_velocities, damping_product, over_mass, damped
+             find_kept_accelerations, divide_by_mass, advance_velocities, damping_product, sum_of_products, over_mass, damped
 
    integer, parameter :: stride = lanes*corners  !! among contributions from one sum to the next
 
@@ -227,6 +227,19 @@ contains
          end do
       end do
    end subroutine advance_velocities
+
+   !> Sum of a . b over some nodes.
+   pure real(dp) function sum_of_products(n, nodes, a, b) result(total)
+      integer, intent(in) :: n, nodes(n)
+      real(dp), intent(in) :: a(ndim, *), b(ndim, *)
+      integer :: j
+      total = 0
+      do j = 1, n
+         associate (i => nodes(j))
+            total = total + sum(a(:, i)*b(:, i))
+         end associate
+      end do
+   end function sum_of_products
 
    !> Sum of m v^n . v^(n+1) over some nodes: the dissipation of damping, over its rate and dt [J].
    pure real(dp) function damping_product(n, nodes, mass, v_n, v_next) result(total)

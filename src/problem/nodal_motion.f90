@@ -6,7 +6,7 @@ module hampm_nodal_motion
    use hampm_mass_matrix, only: mass_matrix_t, nodes_per_chunk
    use hampm_mass_solver, only: mass_solver_t, solve_mass, by_lumped
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next
-   use hampm_nodal_kernels, only: divide_by_mass, advance_velocities
+   use hampm_nodal_kernels, only: divide_by_mass, advance_velocities, sum_of_products
    implicit none
    private
    public :: find_velocity, accelerate, find_powers
@@ -51,18 +51,18 @@ contains
    !>    mapping_power = dt sum F_i . a_i - sum f_i . (v_i + a_i dt),   F the total force, f the same without damping:
    !> with sum_p m dv**2/2 of the particles its first term is the loss of kinetic energy between nodes and
    !> particles, and with the stress work and the work of the loads its second the energy that the scheme loses.
-   subroutine accelerate(grid, solver, free, damping_rate, dt, audit, is_known, f, damping_power, mapping_power, &
+   subroutine accelerate(grid, solver, free, damping_rate, dt, with_powers, is_known, f, damping_power, mapping_power, &
                          failure)
       type(grid_t), intent(in) :: grid
       type(mass_solver_t), intent(inout) :: solver
       real(dp), intent(in), contiguous :: free(:, :)    !! 0 for fixed components of nodes, else 1; (ndim, n_points)
       real(dp), intent(in) :: damping_rate              !! alpha [1/s]
       real(dp), intent(in) :: dt                        !! [s]
-      logical, intent(in) :: audit                      !! whether the mapping power is wanted
+      logical, intent(in) :: with_powers                !! whether these are wanted; else they are 0
       logical, intent(in) :: is_known                   !! whether `acceleration` is the solution for these forces
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(out) :: damping_power            !! sum alpha p_i . (v_i + a_i dt) [W]
-      real(dp), intent(out) :: mapping_power            !! the above powers [W]; 0 without `audit`
+      real(dp), intent(out) :: mapping_power            !! the above powers [W]
       type(failure_t), intent(inout) :: failure
       integer :: chunk, chunks, first
       logical :: iterates                        ! a resumed run would, not knowing that its factors are of this matrix
@@ -82,11 +82,11 @@ contains
       do chunk = 1, chunks
          first = (chunk - 1)*nodes_per_chunk + 1
          call advance_velocities(min(nodes_per_chunk, f%mass_matrix%all%n_points - first + 1), f%mass_matrix%all%nodes(first), &
-                                 damping_rate, dt, audit .or. damping_rate > 0, f%momentum, f%force, f%velocity(1, 1, v_n), &
+                                 damping_rate, dt, with_powers, f%momentum, f%force, f%velocity(1, 1, v_n), &
                                  f%acceleration, f%velocity(1, 1, v_next), f%partial_power(1, chunk))
       end do
       damping_power = damping_rate*sum(f%partial_power(1, :chunks))
-      mapping_power = merge(sum(f%partial_power(2, :chunks)), 0.0_dp, audit)
+      mapping_power = sum(f%partial_power(2, :chunks))
    end subroutine accelerate
 
    !> The same if nodes have prescribed motions or are kept apart, by their velocities and accelerations then: with the mapped
@@ -96,17 +96,9 @@ contains
       type(nodal_fields_t), intent(in) :: f
       real(dp), intent(in) :: damping_rate              !! alpha [1/s]
       real(dp), intent(out) :: damping_power, mapping_power !! [W]
-      integer :: k
-      damping_power = 0
-      mapping_power = 0
       associate (all => f%mass_matrix%all)
-         do k = 1, all%n_nodes
-            associate (i => all%nodes(k))
-               damping_power = damping_power + damping_rate*sum(f%momentum(:, i)*f%velocity(:, i, v_next))
-               mapping_power = mapping_power - sum(f%momentum(:, i)*f%acceleration(:, i))
-            end associate
-         end do
+         damping_power = damping_rate*sum_of_products(all%n_nodes, all%nodes, f%momentum, f%velocity(1, 1, v_next))
+         mapping_power = -sum_of_products(all%n_nodes, all%nodes, f%momentum, f%acceleration) - damping_power
       end associate
-      mapping_power = mapping_power - damping_power
    end subroutine find_powers
 end module hampm_nodal_motion

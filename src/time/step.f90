@@ -26,6 +26,7 @@ module hampm_step
    use hampm_particle_pass, only: pass_report_t, pass_over_all, pass_over, find_crossing_particles
    use hampm_pass, only: pass_t
    use hampm_tiling, only: plan_tiles, is_planned, step_in_tiles
+   use hampm_vectors, only: add_scaled
    use hampm_interface_step, only: hold_faces
    use hampm_interface_points, only: add_interface_forces, stretch_interfaces, commit_slip, ease_faces, interface_energy, &
                                      kick_interfaces
@@ -69,7 +70,8 @@ contains
       if (m%body_contact%wanted) call find_surroundings(m)
       ! With the factors and the places of the material at t^n: on any path, whenever a step strains the particles, these forces act
       ! in it
-      if (size(m%loads) + m%interfaces%n > 0) call find_external_force(m, .true., m%interfaces%n_at_end + 1)
+      if (has_external(m) .or. is_local(m) .and. m%interfaces%n > 0) & ! tiles always add what it was last
+         call find_external_force(m, .true., m%interfaces%n_at_end + 1)
       call m%absorbing%renew(m%loads, m%grid, m%particles, m%fields%mass_matrix, m%fields%layout)
       if (is_local(m)) then
          call plan_step(m)
@@ -106,6 +108,12 @@ contains
                  .and. .not. m%audit .and. .not. m%constraints%move() .and. .not. m%has_domains() &
                  .and. .not. allocated(m%blocks%supports) .and. (m%particles%total_frame .or. m%interfaces%n + m%absorbing%n == 0)
    end function is_local
+
+   !> Whether loads or interface points act with forces that a step has from its start.
+   pure logical function has_external(m)
+      type(problem_t), intent(in) :: m
+      has_external = size(m%loads) > 0 .or. m%interfaces%n > m%interfaces%n_at_end
+   end function has_external
 
    !> Whether forces at the end of the step act on some nodes.
    pure logical function waits_for_forces(m)
@@ -200,7 +208,7 @@ contains
             call assemble_sums(m, mass=pass%map_mass, momentum=pass%map_momentum, force=pass%map_force)
             if (m%body_contact%wanted .and. pass%map_mass) call find_surroundings(m)
             if (pass%map_momentum) call solve_velocity(m, merge(v_n, v_mapped, pass%map_force), v_next, failure)
-            if (m%has_domains() .and. pass%strain_fraction > 0 .and. size(m%loads) + m%interfaces%n > 0) &
+            if (m%has_domains() .and. pass%strain_fraction > 0 .and. has_external(m)) &
                call find_external_force(m, .true., m%interfaces%n_at_end + 1)
             if (pass%map_force) call solve_acceleration(m, dt, failure)
          end associate
@@ -245,16 +253,19 @@ contains
       real(dp), allocatable :: prescribed(:, :), force(:, :)
       real(dp) :: damping_power, mapping_power, work, taken !! work that bodies lose by meeting [J]
       logical :: moves, couples                  ! whether the motion of nodes is given, and these stand in the equations of others
+      logical :: wants_powers, is_changed        ! whether they are wanted, and the motion is changed once accelerations are found
       moves = m%constraints%move()
+      wants_powers = m%audit .or. m%damping_rate > 0
+      is_changed = moves .or. m%body_contact%n + m%interfaces%n + m%absorbing%n > 0
       couples = moves .and. (m%solver%by /= by_lumped .or. allocated(m%constraints%turning))
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
-      if (size(m%loads) + m%interfaces%n > 0) m%fields%force = m%fields%force + m%fields%external
+      if (has_external(m)) call add_scaled(size(m%fields%force), 1.0_dp, m%fields%external, m%fields%force)
       if (moves) prescribed = prescribed_acceleration(m%constraints, m%state%time, dt, m%fields)
       if (couples) then
          force = m%fields%force
          m%fields%force = force - coupled_to_prescribed(m%constraints, m%grid, m%fields, prescribed)
       end if
-      call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, dt, m%audit, &
+      call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, dt, wants_powers .and. .not. is_changed, &
                       m%cache%acceleration_after == m%state%steps, m%fields, damping_power, mapping_power, unsolved)
       if (couples) call move_alloc(force, m%fields%force)
       if (moves) call move_prescribed(m%constraints, m%grid, dt, prescribed, m%fields)
@@ -267,9 +278,7 @@ contains
       taken = m%body_contact%loss + m%body_contact%friction_loss
       if (m%body_contact%n > 0) call separate_bodies(m%body_contact, m%grid, m%constraints%free, dt, m%fields)
       taken = m%body_contact%loss + m%body_contact%friction_loss - taken
-      if ((m%constraints%move() .or. m%body_contact%n + m%interfaces%n + m%absorbing%n > 0) &
-          .and. (m%audit .or. m%damping_rate > 0)) &
-         call find_powers(m%fields, m%damping_rate, damping_power, mapping_power)
+      if (wants_powers .and. is_changed) call find_powers(m%fields, m%damping_rate, damping_power, mapping_power)
       call pass_on(m, m%state%steps + 1, unsolved, failure)
       m%energies%damping_loss = m%energies%damping_loss + dt*damping_power
       if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + dt*mapping_power - taken
