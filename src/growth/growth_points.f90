@@ -36,7 +36,12 @@ contains
       if (present(law)) laws = law
       next%is_there = laws > 0 .and. .not. growing%points%has_ended ! also of a point that has stopped
       do k = 1, size(values)
-         if (next(k)%is_there) next(k) = growing%next_of(model, cracks, k, model%growth(laws(k)), values(k)%times(times))
+         if (.not. next(k)%is_there) cycle
+         if (abs(times - 1) > 0) then
+            next(k) = growing%next_of(model, cracks, k, model%growth(laws(k)), values(k)%times(times))
+         else                                    ! without a copy of all that values keep
+            next(k) = growing%next_of(model, cracks, k, model%growth(laws(k)), values(k))
+         end if
       end do
       k = size(values)
       do f = 1, size(fronts)
