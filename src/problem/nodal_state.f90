@@ -5,7 +5,7 @@ module hampm_nodal_state
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads, add_loads
    use hampm_mass_solver, only: solve_aside
-   use hampm_problem, only: problem_t, map_to_grid, refresh_grid, keeps_velocity, do_pass, assemble_sums, pass_on
+   use hampm_problem, only: problem_t, map_to_grid, refresh_grid, is_weighed, keeps_velocity, do_pass, assemble_sums, pass_on
    use hampm_particle_pass, only: pass_report_t
    use hampm_pass, only: pass_t
    use hampm_interface_points, only: add_interface_forces, is_half
@@ -14,7 +14,7 @@ module hampm_nodal_state
    use hampm_vectors, only: multiply, add_scaled
    implicit none
    private
-   public :: nodal_state_t, find_nodal_state, find_external_force, internal_force, external_force, unbalanced_force
+   public :: nodal_state_t, find_nodal_state, find_lone_node, find_external_force, internal_force, external_force, unbalanced_force
 
    !> Nodal fields at one instant, by point: zero where there are no particles.
    type :: nodal_state_t
@@ -48,7 +48,7 @@ contains
       with_fields = .true.
       if (present(reactions_only)) with_fields = .not. reactions_only
       if (.not. m%cache%mapped) call map_to_grid(m)
-      if (with_fields) call refresh_grid(m)
+      if (with_fields .and. .not. is_weighed(m)) call refresh_grid(m)
       is_of_step = with_fields .and. keeps_velocity(m) .and. m%scheme%map_at_start%map_force .and. .not. any(m%loads%by_mass)
       call sum_stress(m)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
@@ -67,7 +67,9 @@ contains
             call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, state%divergence)
          end if
       else if (with_fields) then
-         state%divergence = m%fields%acceleration
+         if (allocated(state%divergence)) deallocate (state%divergence)
+         allocate (state%divergence, mold=m%fields%acceleration)
+         call multiply(size(state%divergence), 1.0_dp, m%fields%acceleration, state%divergence)
          call solve(m, m%fields%force, state%divergence, failure)
       end if
       if (any(m%loads%by_mass)) call gather_loads(m, by_mass=.true.)
@@ -75,7 +77,6 @@ contains
       call sum_on_held(m, reactions)
       state%reactions = -reactions
       state%reaction = sum(state%reactions, dim=2)
-      call find_lone_node(m, size(reactions, 2), state)
    end subroutine find_nodal_state
 
    !> Add the excess over openings at points under moving fronts, as in the last step (`hampm_interface_step`): fast nodes.
@@ -212,16 +213,16 @@ contains
       end do
    end subroutine sum_on_held
 
-   !> Find the share of a single node in all forces on a constraint: in the loads, or in half of the forces of all held nodes if
-   !> these move the bodies.
-   pure subroutine find_lone_node(m, constraints, state)
+   !> Find the share of a single node in all forces on a constraint, as `find_nodal_state` has left them: in the loads, or in half
+   !> of the forces of all held nodes if these move the bodies.
+   pure subroutine find_lone_node(m, state)
       type(problem_t), intent(in) :: m
-      integer, intent(in) :: constraints         !! how many there are
       type(nodal_state_t), intent(inout) :: state
-      integer :: nodes(constraints), last(constraints), a, d, k
-      real(dp) :: force(constraints), all
+      integer, dimension(size(state%reactions, 2)) :: nodes, last
+      integer :: a, d, k
+      real(dp) :: force(size(nodes)), all
       logical :: has
-      if (constraints == 0) return
+      if (size(nodes) == 0) return
       nodes = 0
       force = 0
       all = 0
@@ -229,7 +230,7 @@ contains
          associate (node => m%constraints%node(a))
             if (.not. m%fields%is_active(node)) cycle
             all = all + norm(pack(m%fields%force(:, node), [(m%constraints%holds(node, d), d=1, ndim)]))/2
-            do k = 1, constraints
+            do k = 1, size(nodes)
                has = any(m%constraints%box(:, node) == k)
                if (.not. has) cycle
                nodes(k) = nodes(k) + 1
@@ -240,7 +241,7 @@ contains
          end associate
       end do
       all = max(all, sum([(abs(m%loads(k)%history%factor(m%state%time))*norm(m%loads(k)%force), k=1, size(m%loads))]))
-      do k = 1, constraints
+      do k = 1, size(nodes)
          if (nodes(k) /= 1 .or. .not. force(k) > state%lone_part*all) cycle
          state%lone_part = force(k)/all
          state%lone_place = m%grid%node_position(:, last(k))

@@ -31,7 +31,7 @@ module hampm_measurements
    use hampm_loads, only: load_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, archive_solver
    use hampm_problem, only: problem_t, is_weighed, stored_energy, kinetic_energy
-   use hampm_nodal_state, only: nodal_state_t, find_nodal_state
+   use hampm_nodal_state, only: nodal_state_t, find_nodal_state, find_lone_node
    use hampm_particles, only: particles_t
    use hampm_probes, only: record_probes
    use hampm_results, only: results_t
@@ -307,6 +307,7 @@ contains
       if (size(m%fronts) > 0) m%rate = mean_rate(m%fronts(1))
       m%reaction = state%reaction
       if (asks_way) then
+         call find_lone_node(problem, state)
          m%lone_part = state%lone_part
          m%lone_place = state%lone_place
       end if
