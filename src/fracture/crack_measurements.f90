@@ -91,21 +91,21 @@ contains
    end function pace_of
 
    !> Whether the errors of the next row need the present values of a tip.
-   pure logical function needs_values(problem, tip, values, next_row)
+   pure logical function needs_values(problem, tip, values, next_row, dt)
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(in) :: values
-      real(dp), intent(in) :: next_row           !! [s]
+      real(dp), intent(in) :: next_row, dt       !! its time, and the step [s]
       type(pace_t) :: pace
       integer :: k
       needs_values = .false.
       if (.not. (tip%is_measured() .and. values%errors%are_known)) return
       pace = pace_of(problem, tip, values)
-      if (allocated(values%j)) needs_values = needs_sample(values%errors%j%recent, problem%state%time, pace, next_row)
+      if (allocated(values%j)) needs_values = needs_sample(values%errors%j%recent, problem%state%time, pace, next_row, dt)
       do k = 1, size(values%estimates)
          associate (of => values%estimates(k))
             if (.not. of%by%needs_mass) &
-               needs_values = needs_values .or. any(needs_sample(of%error%recent, problem%state%time, pace, next_row))
+               needs_values = needs_values .or. any(needs_sample(of%error%recent, problem%state%time, pace, next_row, dt))
          end associate
       end do
    end function needs_values

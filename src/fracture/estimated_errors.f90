@@ -107,18 +107,20 @@ contains
       end associate
    end function is_sample
 
-   !> Whether a value has to be found for a sample that counts in the next row. The first one of a set tells of the largest value.
-   pure elemental logical function needs_sample(recent, time, pace, next_row)
+   !> Whether a value has to be found for a sample that counts in the next row, which is one itself. The first one of a set tells of
+   !> the largest value. Without sets each slot with a step has a sample.
+   pure elemental logical function needs_sample(recent, time, pace, next_row, dt)
       type(recent_t), intent(in) :: recent
       real(dp), intent(in) :: time, next_row     !! [s]
       type(pace_t), intent(in) :: pace
+      real(dp), intent(in) :: dt                 !! of the steps until then [s]
       needs_sample = is_sample(recent, time, pace)
       if (.not. needs_sample) return
       associate (place => place_in_set(time, pace), ahead => slot_of(next_row, pace) - slot_of(time, pace))
          if (pace%in_sets) then
             needs_sample = place < 1 .or. ahead + place < from_set_to_set + of_set
          else
-            needs_sample = ahead <= longest*a_wave
+            needs_sample = ahead <= longest*a_wave .and. min(ahead, anint((next_row - time)/dt)) < most_recent
          end if
       end associate
    end function needs_sample

@@ -287,14 +287,14 @@ contains
    end subroutine find_scatter
 
    !> Whether the errors of the next row need the present values along a front.
-   pure logical function needs_front(problem, in_sets, values, next_row)
+   pure logical function needs_front(problem, in_sets, values, next_row, dt)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: in_sets             !! as in `pace_t`
       type(front_values_t), intent(in) :: values
-      real(dp), intent(in) :: next_row           !! [s]
+      real(dp), intent(in) :: next_row, dt       !! its time, and the step [s]
       needs_front = .false.
       if (.not. values%has_ended) &
-         needs_front = needs_sample(values%of_mean, problem%state%time, pace_of(problem, in_sets, values), next_row)
+         needs_front = needs_sample(values%of_mean, problem%state%time, pace_of(problem, in_sets, values), next_row, dt)
    end function needs_front
 
    !> When samples are taken of a front.

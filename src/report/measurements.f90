@@ -363,21 +363,21 @@ contains
    end function has_measured_tips
 
    !> Whether the errors of the next row need the present values of tips or fronts.
-   pure logical function need_sample(model, problem, cracks, m, next_row)
+   pure logical function need_sample(model, problem, cracks, m, next_row, dt)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(in) :: m
-      real(dp), intent(in) :: next_row           !! [s]
+      real(dp), intent(in) :: next_row, dt       !! its time, and the step [s]
       logical, parameter :: in_sets = .true.
       integer :: k
       need_sample = .false.
       if (model%method%time /= 'explicit') return
       do k = 1, size(m%crack)
-         need_sample = need_sample .or. needs_values(problem, cracks%tips(k), m%crack(k), next_row)
+         need_sample = need_sample .or. needs_values(problem, cracks%tips(k), m%crack(k), next_row, dt)
       end do
       do k = 1, size(m%fronts)
-         need_sample = need_sample .or. needs_front(problem, in_sets, m%fronts(k), next_row)
+         need_sample = need_sample .or. needs_front(problem, in_sets, m%fronts(k), next_row, dt)
       end do
    end function need_sample
 

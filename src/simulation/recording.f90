@@ -168,7 +168,7 @@ contains
          end if
          has_measured = .true.
          call book_growth(s)
-      else if (.not. has_measured .and. need_sample(s%model, s%problem, s%cracks, s%measurements, next_row(s))) then
+      else if (.not. has_measured .and. need_sample(s%model, s%problem, s%cracks, s%measurements, next_row(s), s%dt)) then
          call update_particles(s%problem)
          call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure, for_waves=.true.)
          has_measured = .true.
