@@ -65,17 +65,20 @@ contains
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: origin(ndim), normal(ndim) !! see `list_points`
       integer :: carrier(n_carriers, faces)
-      real(dp) :: nearest(faces), away(ndim), distance
+      real(dp) :: nearest(faces), away(ndim), distance, far
       integer :: i, face
       carrier = 0
       nearest = huge(nearest)
+      far = huge(far)
       do i = 1, m%particles%n
          away = m%particles%reference(i, :) - origin
+         if (maxval(abs(away)) > far) cycle
          face = face_toward(normal, away)
          distance = norm(away)
          if (distance > nearest(face) + m%grid%cut_cells%slack) cycle
          if (distance < nearest(face) - m%grid%cut_cells%slack) carrier(:, face) = 0
          nearest(face) = min(distance, nearest(face))
+         far = maxval(nearest) + 2*m%grid%cut_cells%slack
          if (any(carrier(:, face) == m%particles%id(i)) .or. all(carrier(:, face) > 0)) cycle
          carrier(count(carrier(:, face) > 0) + 1, face) = m%particles%id(i)
       end do

@@ -140,7 +140,8 @@ contains
    !> with the rounding of a common velocity [kg m2/s].
    pure subroutine angular_momentum(p, total, largest)
       type(particles_t), intent(in) :: p
-      real(dp), intent(out) :: total(n_turns), largest
+      real(dp), intent(out) :: total(n_turns)
+      real(dp), intent(out), optional :: largest
       real(dp), parameter :: rounding = 1.0e-9_dp
       real(dp) :: middle(ndim), velocity(ndim), x(ndim), v(ndim), mass
       integer :: i, d
@@ -151,7 +152,7 @@ contains
          middle = middle + p%mass(i)/mass*p%position(i)
       end do
       total = 0
-      largest = 0
+      if (present(largest)) largest = 0
       do i = 1, p%n
          x = p%position(i) - middle
          v = p%velocity(i, :) - velocity
@@ -160,7 +161,7 @@ contains
                total(d) = total(d) + p%mass(i)*(x(j)*v(k) - x(k)*v(j)) + spin_of(p, i)
             end associate
          end do
-         largest = largest + p%mass(i)*norm(x)*(norm(v) + rounding*norm(p%velocity(i, :)))
+         if (present(largest)) largest = largest + p%mass(i)*norm(x)*(norm(v) + rounding*norm(p%velocity(i, :)))
       end do
    end subroutine angular_momentum
 

@@ -519,9 +519,9 @@ contains
       type(particles_t), intent(in) :: p
       type(history_t), intent(inout) :: history
       character(*), parameter :: around = 'angular momentum around the centre of mass'
-      real(dp) :: momentum(ndim), spin(n_turns), largest
+      real(dp) :: momentum(ndim), spin(n_turns)
       momentum = linear_momentum(p)
-      call angular_momentum(p, spin, largest)
+      call angular_momentum(p, spin)
       if (p%thickness%is_ring) then
          call history%record('momentum_y', 'kg m/s', 'linear momentum', momentum(2))
          return
