@@ -85,8 +85,8 @@ contains
 
    !> Intersection of a straight line with the line of a segment; huge numbers if they are parallel.
    pure subroutine find_meeting(from, along, a, b, way, at)
-      real(dp), intent(in) :: from(:), along(:)  !! a place of the line, and its direction, of any length
-      real(dp), intent(in) :: a(:), b(:)         !! the ends of the segment
+      real(dp), intent(in) :: from(2), along(2)  !! a place of the line, and its direction, of any length
+      real(dp), intent(in) :: a(2), b(2)         !! the ends of the segment
       real(dp), intent(out) :: way               !! from the place, in lengths of the direction
       real(dp), intent(out) :: at                !! on the segment, from 0 at its first end to 1 at its last
       real(dp) :: across
