@@ -61,9 +61,11 @@ contains
       real(dp), intent(in) :: reach              !! [m]
       integer, allocatable, intent(out) :: found(:)
       integer(long), dimension(ndim) :: from, to, at
-      integer :: least, level, k, d, list
+      integer, allocatable :: more(:)
+      integer :: least, level, k, d, list, n, i
       least = min(level_of(self, reach), self%top)
-      allocate (found(0))
+      allocate (found(16))
+      n = 0
       do list = least - 1, self%top              ! first that of all places finer than the reach
          level = max(list, least)
          from = bucket_at(self, level, x - max(reach, scale(self%edge, level)))
@@ -75,8 +77,21 @@ contains
             do while (k > 0)
                self%visits = self%visits + 1
                associate (place => self%place(k))
-                  if (all(abs(self%x(:, place) - x) <= max(reach, self%reach(place)))) &
-                     found = [pack(found, found < place), place, pack(found, found > place)]
+                  if (all(abs(self%x(:, place) - x) <= max(reach, self%reach(place)))) then
+                     do i = n, 1, -1             ! the last one before it
+                        if (found(i) <= place) exit
+                     end do
+                     if (n == size(found)) then
+                        allocate (more(2*n))
+                        more(:n) = found
+                        call move_alloc(more, found)
+                     end if
+                     if (.not. any(found(max(1, i):i) == place)) then
+                        found(i + 2:n + 1) = found(i + 1:n)
+                        found(i + 1) = place
+                        n = n + 1
+                     end if
+                  end if
                end associate
                k = self%next(k)
             end do
@@ -87,6 +102,7 @@ contains
             end do
          end do
       end do
+      found = found(:n)
    end subroutine find
 
    !> The lattice whose buckets are up to twice as long as a reach.
