@@ -18,7 +18,7 @@ module hampm_crack_errors
    use hampm_stiffness, only: stiffness_t
    use hampm_tip_domain, only: fields_at
    use hampm_tip_measurements, only: estimate_rates, measure_domain
-   use hampm_missing_energy, only: missing_energies, energy_about_mean, displace
+   use hampm_missing_energy, only: missing_energies, displace
    implicit none
    private
    public :: estimate_errors
@@ -181,7 +181,7 @@ contains
       integer, parameter :: most_others = 4      ! that are counted: what others change falls with the square of their distance
       real(dp) :: k(modes), k_there(modes), k_here(modes), j, j_there, j_here, of_k(modes), of_j, by_cells
       real(dp) :: off_of_j(modes), off_of_k(modes)
-      real(dp) :: places(ndim, size(tips)), distance, missing(3)
+      real(dp) :: places(ndim, size(tips)), distance, missing(3), about_mean
       real(dp), allocatable :: u(:, :, :)
       type(crack_values_t) :: found(2)           ! with the tip sought at its own place, and beside it
       type(tip_field_t) :: field(2)
@@ -217,11 +217,11 @@ contains
             u(:, :, 1) = static_tips%u + h*moved
             u(:, :, 2) = static_tips%u - h*moved
             u(:, :, 3) = static_tips%u
-            missing = missing_energies(problem, spread(places, 3, 3), tip_zone*h, u)
+            missing = missing_energies(problem, spread(places, 3, 3), tip_zone*h, u, about_mean)
             by_cells = abs(missing(1) - missing(2))/(2*h*problem%particles%thickness%at(tips(number)%now))
             if (tips(number)%is_half()) by_cells = 2*by_cells
             if (maxval(tips(number)%radii) < narrow*h) by_cells = 0
-            by_cells = max(by_cells, missing(3)/max(energy_about_mean(problem, static_tips%u), tiny(j))*abs(j))
+            by_cells = max(by_cells, missing(3)/max(about_mean, tiny(j))*abs(j))
          end associate
       end associate
       if (.not. (abs(j) > 0 .and. norm(k) > 0)) return

@@ -12,7 +12,7 @@ module hampm_missing_energy
    use hampm_element_stiffness, only: stiff_points, derivatives_at, n_derivatives
    implicit none
    private
-   public :: missing_energies, energy_about_mean, displace, gradient_of, stress_of, gradient_by
+   public :: missing_energies, displace, gradient_of, stress_of, gradient_by
 
    integer, parameter :: n_stress = ndim*ndim
 
@@ -24,10 +24,11 @@ contains
    !> Energy that cells away from some places store too little under given forces [J], by displacement: half of the squared error e
    !> in the energy norm, the difference of recovered and cell stress (Zienkiewicz & Zhu 1992), less the integration error of the
    !> particles in the energy of the cells' own field, which makes these softer; for quadratic cells it is nearly 0.
-   function missing_energies(m, places, radius, u) result(missing)
+   function missing_energies(m, places, radius, u, about_mean) result(missing)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: places(:, :, :), radius !! of cells that do not count, (ndim, places, displacements), with radius [m]
       real(dp), intent(in) :: u(:, :, :)         !! displacements of the points [m], (ndim, n_points, displacements)
+      real(dp), intent(out), optional :: about_mean !! `energy_about_mean` of the last displacement [J]
       real(dp) :: missing(size(u, 3))
       real(dp), allocatable :: stress(:, :), nodal(:, :), squared(:, :)
       real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), x(ndim)
@@ -43,6 +44,7 @@ contains
                stress(n*(d - 1) + 1:n*d, i) = stress_of(m%materials(p%material(i)), gradient_by(u(:, :, d), at, gradient))
             end do
          end do
+         if (present(about_mean)) about_mean = energy_about_mean(m, stress(n*(size(missing) - 1) + 1:, :))
          if (grid%is_quadratic()) then
             call errors_at_particles(m, stress, squared)
             do i = 1, p%n
@@ -68,17 +70,14 @@ contains
       end associate
    end function missing_energies
 
-   !> Strain energy of the stress of a displacement less its mean over all material [J]: by superposition a uniform stress, as of
-   !> pressure all around, has no part in what a crack releases, nor in what cells lack.
-   function energy_about_mean(m, u) result(energy)
+   !> Strain energy of a stress less its mean over all material [J]: by superposition a uniform stress, as of pressure all around,
+   !> has no part in what a crack releases, nor in what cells lack.
+   pure real(dp) function energy_about_mean(m, stress) result(energy)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: u(:, :)            !! displacement of the points [m], (ndim, n_points)
-      real(dp) :: energy, stress(stress_components(m%particles), m%particles%n), mean(stress_components(m%particles))
+      real(dp), intent(in) :: stress(:, :)       !! of the particles [Pa], (components, particles)
+      real(dp) :: mean(size(stress, 1))
       integer :: i
       associate (p => m%particles)
-         do i = 1, p%n
-            stress(:, i) = stress_of(m%materials(p%material(i)), gradient_by(u, m%grid%support_of(p%cell(i)), derivatives_at(m, i)))
-         end do
          mean = matmul(stress, p%volume(:p%n))/sum(p%volume(:p%n))
          energy = 0
          do i = 1, p%n
