@@ -70,8 +70,9 @@ contains
       integer, intent(out) :: n                  !! number of masters
       integer, intent(out) :: masters(most_nodes_of_leaf)
       real(dp), intent(out) :: by_master(directions*most_nodes_of_leaf, directions*most_nodes_of_leaf) !! as far as masters exist
-      real(dp) :: weight(grid%n_functions, most_nodes_of_leaf), half(directions, grid%n_functions)
-      integer :: c, d, j, k, l
+      real(dp) :: weight(grid%n_functions, most_nodes_of_leaf), half(directions*grid%n_functions), part(directions)
+      integer :: of(grid%n_functions, most_nodes_of_leaf), n_of(most_nodes_of_leaf) ! functions that a master has a weight in
+      integer :: c, i, j, k, l
       associate (at => grid%support_of(e))
          if (all(at <= grid%n_nodes)) then
             n = size(at)
@@ -81,19 +82,28 @@ contains
          end if
          call grid%dofs%masters_of(at, n, masters, weight)
       end associate
+      n_of = 0
+      do k = 1, n
+         do c = 1, grid%n_functions
+            if (.not. abs(weight(c, k)) > 0) cycle
+            n_of(k) = n_of(k) + 1
+            of(n_of(k), k) = c
+         end do
+      end do
       do k = 1, n
          do j = 1, directions
             half = 0
-            do c = 1, grid%n_functions
-               if (.not. abs(weight(c, k)) > 0) cycle
-               do l = 1, grid%n_functions
-                  half(:, l) = half(:, l) + by_node(directions*(l - 1) + 1:directions*l, directions*(c - 1) + j)*weight(c, k)
-               end do
+            do i = 1, n_of(k)
+               c = of(i, k)
+               half = half + by_node(:, directions*(c - 1) + j)*weight(c, k)
             end do
             do l = 1, n
-               do d = 1, directions
-                  by_master(directions*(l - 1) + d, directions*(k - 1) + j) = dot_product(weight(:, l), half(d, :))
+               part = 0
+               do i = 1, n_of(l)
+                  c = of(i, l)
+                  part = part + weight(c, l)*half(directions*(c - 1) + 1:directions*c)
                end do
+               by_master(directions*(l - 1) + 1:directions*l, directions*(k - 1) + j) = part
             end do
          end do
       end do

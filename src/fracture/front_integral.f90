@@ -345,15 +345,17 @@ contains
       type(front_place_t) :: place
       real(dp), parameter :: beyond = 1e-9_dp    ! of a way between nodes
       real(dp), dimension(2) :: way, turn, from, outward
-      real(dp) :: t, ahead, distance, best, above, roots(2)
-      integer :: k, next, i
+      real(dp) :: t, ahead, distance, best, above, roots(2), far
+      integer :: k, next, i, n
       above = x(front%axis) - front%plane
       best = reach
       if (abs(above) >= reach) return
-      do k = 1, front%n() - merge(0, 1, front%is_closed)
+      n = front%n()
+      far = 2*reach + front%length/max(1, n - 1)
+      do k = 1, n - merge(0, 1, front%is_closed)
          from = x(front%along) - front%at(front%along, k)
-         if (sum(from**2) > (2*reach + front%length/(front%n() - 1))**2) cycle
-         next = modulo(k, front%n()) + 1
+         if (sum(from**2) > far**2) cycle
+         next = modulo(k, n) + 1
          way = front%at(front%along, next) - front%at(front%along, k)
          outward = front%outward(front%along, k)
          turn = front%outward(front%along, next) - outward
@@ -362,7 +364,7 @@ contains
             t = roots(i)
             if (.not. front%is_closed) then      ! beside its ends
                if (k == 1) t = max(t, 0.0_dp)
-               if (next == front%n()) t = min(t, 1.0_dp)
+               if (next == n) t = min(t, 1.0_dp)
             end if
             if (t < -beyond .or. t > 1 + beyond) cycle
             associate (e => (outward + t*turn)/norm(outward + t*turn))
