@@ -9,6 +9,7 @@ module hampm_refinement
    use hampm_indicator, only: refinement_t, indicator_row_t
    use hampm_indicators, only: indicators
    use hampm_matching, only: adopt_forest, match_particles, are_matched, complete_mesh
+   use hampm_part_supports, only: keep_cells_at_ends
    use hampm_problem, only: problem_t
    implicit none
    private
@@ -62,6 +63,7 @@ contains
       allocate (rows, source=indicators())
       k = findloc(rows%name == r%by%name, .true., dim=1)
       call rows(k)%mark(r, m, tips, change)
+      if (m%interfaces%are_moving) call keep_cells_at_ends(m%grid%forest, m%grid%is_quadratic(), m%constraints, change)
       if (all(change == 0)) return
       forest = m%grid%forest
       call forest%adapt(change)

@@ -80,7 +80,7 @@ contains
       interfaces%n_contact = 0
       interfaces%n_cohesive = 0
       interfaces%n_at_end = 0
-      call hold_ends_of_supports(interfaces, m, constraints)
+      call hold_ends_of_supports(interfaces, m, constraints, old)
       supports = interfaces%n
       if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old, near)
       if (allocated(m%grid%planes)) call add_points_of_planes(interfaces, m, old, near)

@@ -7,19 +7,24 @@
 !> end at either node, with the weight w, the part of the distance between these up to the end of the box. They are smooth functions
 !> of the end of a support, with an error of second order in the cell. Springs move with their supports and contribute to reactions.
 !>
+!> In motion a spring that something has stretched stays between the places of its nodes, with its stiffness and state, on every
+!> mesh: another one would hold another force, and energy that nothing has given. Cells may refine around it, but do not recombine
+!> across the end of its support. At rest, where springs follow the displacement since the start, each mesh has its own.
+!>
 !> S is taken at the first free node beside a support on the edge of a half plane, in E' times the thickness, for half of its cells:
 !> for Poisson's ratios from 0 to 0.4 it is within 0.05 and 0.13 of these numbers, and w off by less than 0.05. Elsewhere it scales
 !> with the material of the cells around the node.
 module hampm_part_supports
    use hampm_kinds, only: dp, ndim
-   use hampm_constraints, only: constraints_t
-   use hampm_interface_points, only: interfaces_t, support, add_interface_point
+   use hampm_constraints, only: constraints_t, box_t
+   use hampm_forest, only: forest_t
+   use hampm_interface_points, only: interfaces_t, interface_point_t, support, add_interface_point
    use hampm_matter, only: matter_t
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
-   use hampm_tensors, only: identity
+   use hampm_tensors, only: identity, norm
    implicit none
    private
-   public :: hold_ends_of_supports
+   public :: hold_ends_of_supports, keep_cells_at_ends
 
    real(dp), parameter :: onward = 0.6_dp        !! S/E' along the edge, over the end of the support
    real(dp), parameter :: across = 0.42_dp       !! across the edge
@@ -30,17 +35,20 @@ module hampm_part_supports
 
 contains
 
-   !> Add the springs of all supports.
-   pure subroutine hold_ends_of_supports(interfaces, m, c)
+   !> Add the springs of all supports: the old ones, once anything has stretched them in motion, then new ones where there are none.
+   pure subroutine hold_ends_of_supports(interfaces, m, c, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       type(constraints_t), intent(in) :: c
+      type(interfaces_t), intent(in) :: old      !! those on the mesh before
       integer, allocatable :: nodes(:)
-      integer :: k, i, e, j, d
+      integer :: k, i, e, j, d, kept
       real(dp) :: way(ndim), from, to, part
+      if (interfaces%are_moving) call keep_springs(interfaces, m, c, old)
+      kept = interfaces%n
       do k = 1, c%number()
          associate (box => c%boxes(k))
-            if (box%motion%unilateral .or. box%motion%turns .or. .not. ends_between_nodes(box%reach)) cycle
+            if (.not. has_springs(box, m%grid%forest, m%grid%is_quadratic())) cycle
             do i = 1, size(c%node)
                if (.not. any(c%box(:, c%node(i)) == k)) cycle
                nodes = neighbours_of(m, c%node(i))
@@ -52,7 +60,7 @@ contains
                   to = end_of_held(nodes(j), d, way(d))
                   part = (box%reach(d, e) - from)/(to - from)
                   if (part < least .or. part > 1) cycle
-                  call add_springs(interfaces, m, c, k, c%node(i), nodes(j), d, min(part, 1 - least))
+                  call add_springs(interfaces, kept, m, c, k, c%node(i), nodes(j), d, min(part, 1 - least))
                end do
             end do
          end associate
@@ -71,18 +79,90 @@ contains
          halves = (at - m%grid%forest%lower(d))/way
          if (modulo(nint(halves), 2) == 1) at = at + beyond*way
       end function end_of_held
-
-      !> Whether a box ends between lines of the coarsest cells, which have nodes wherever they refine.
-      pure logical function ends_between_nodes(corners) result(ends)
-         real(dp), intent(in) :: corners(ndim, 2) !! [m]
-         real(dp) :: at(ndim, 2)                 ! [their nodes]
-         at = (corners - spread(m%grid%forest%lower, 2, 2))/m%grid%forest%cell*merge(2, 1, m%grid%is_quadratic())
-         associate (tolerance => m%grid%forest%tolerance())
-            ends = any(abs(at - anint(at)) > tolerance/m%grid%forest%cell .and. &
-                       spread(corners(:, 2) - corners(:, 1) > tolerance, 2, 2))
-         end associate
-      end function ends_between_nodes
    end subroutine hold_ends_of_supports
+
+   !> Whether the ends of a box have springs: where they are between lines of the coarsest cells, which have nodes wherever they
+   !> refine.
+   pure logical function has_springs(box, forest, is_quadratic) result(ends)
+      type(box_t), intent(in) :: box
+      type(forest_t), intent(in) :: forest
+      logical, intent(in) :: is_quadratic
+      real(dp) :: at(ndim, 2)                    ! [their nodes]
+      ends = .not. (box%motion%unilateral .or. box%motion%turns)
+      if (.not. ends) return
+      at = (box%reach - spread(forest%lower, 2, 2))/forest%cell*merge(2, 1, is_quadratic)
+      ends = any(abs(at - anint(at)) > forest%tolerance()/forest%cell .and. &
+                 spread(box%reach(:, 2) - box%reach(:, 1) > forest%tolerance(), 2, 2))
+   end function has_springs
+
+   !> Keep springs that anything has stretched, between the nodes that are at their places now.
+   pure subroutine keep_springs(interfaces, m, c, old)
+      type(interfaces_t), intent(inout) :: interfaces
+      type(matter_t), intent(in) :: m
+      type(constraints_t), intent(in) :: c
+      type(interfaces_t), intent(in) :: old
+      logical :: is_taken(ndim, m%grid%n_nodes)
+      integer :: k, d, last, next
+      if (.not. any([(old%list(k)%law == support .and. any(abs(old%list(k)%opening) > 0), k=1, old%n)])) return
+      is_taken = c%box > 0
+      do k = 1, old%n
+         associate (spring => old%list(k))
+            if (spring%law /= support) cycle
+            d = maxloc(abs(spring%normal), dim=1)
+            last = findloc([(c%box(d, c%node(next)) > 0 .and. is_at(c%node(next), spring%middle), next=1, size(c%node))], &
+                           .true., dim=1)
+            if (last == 0) cycle
+            do next = 1, m%grid%n_nodes
+               if (is_taken(d, next)) cycle
+               if (is_at(next, spring%origin)) exit
+            end do
+            if (next > m%grid%n_nodes) cycle
+            is_taken(d, next) = .true.
+            call add_interface_point(interfaces, support)
+            interfaces%list(interfaces%n) = spring
+            interfaces%list(interfaces%n)%jump%node(:2) = [next, c%node(last)]
+         end associate
+      end do
+
+   contains
+
+      !> Whether a node is at a place and has material.
+      pure logical function is_at(node, x)
+         integer, intent(in) :: node
+         real(dp), intent(in) :: x(ndim)         !! [m]
+         integer :: e
+         is_at = all(abs(m%grid%node_position(:, node) - x) <= m%grid%forest%tolerance())
+         if (.not. is_at) return
+         associate (around => m%grid%dofs%elements_at(node))
+            is_at = any([(m%blocks%count_in(around(e)) > 0, e=1, size(around))])
+         end associate
+      end function is_at
+   end subroutine keep_springs
+
+   !> Let no cells recombine in motion to one that has the end of a support with springs between its nodes: the last nodes of the
+   !> support, or those that its springs hold, would vanish.
+   pure subroutine keep_cells_at_ends(forest, is_quadratic, c, change)
+      type(forest_t), intent(in) :: forest
+      logical, intent(in) :: is_quadratic
+      type(constraints_t), intent(in) :: c
+      integer, intent(inout) :: change(:)        !! by leaf: -1 where it may be recombined
+      real(dp) :: lower(ndim), size_of, at(ndim, 2)
+      integer :: leaf, k, nodes
+      nodes = merge(2, 1, is_quadratic)
+      do k = 1, c%number()
+         associate (box => c%boxes(k), tolerance => forest%tolerance())
+            if (.not. has_springs(box, forest, is_quadratic)) cycle
+            do leaf = 1, size(change)
+               if (change(leaf) >= 0) cycle
+               size_of = 2*forest%size_of(leaf)  ! of the cell that it would be in
+               lower = forest%lower + floor((forest%middle_of(leaf) - forest%lower)/size_of)*size_of
+               if (any(box%reach(:, 1) > lower + size_of + tolerance .or. box%reach(:, 2) < lower - tolerance)) cycle
+               at = (box%reach - spread(lower, 2, 2))/size_of*nodes
+               if (any(at > 0 .and. at < nodes .and. abs(at - anint(at)) > tolerance/size_of)) change(leaf) = 0
+            end do
+         end associate
+      end do
+   end subroutine keep_cells_at_ends
 
    !> The nodes next to a node along lines between cells with material; no hanging ones.
    pure function neighbours_of(m, node) result(neighbours)
@@ -107,8 +187,9 @@ contains
    end function neighbours_of
 
    !> Hold a node by springs from the last one in a box, in the components that this holds.
-   pure subroutine add_springs(interfaces, m, c, k, last, next, direction, part)
+   pure subroutine add_springs(interfaces, kept, m, c, k, last, next, direction, part)
       type(interfaces_t), intent(inout) :: interfaces
+      integer, intent(in) :: kept                !! number of springs that were there
       type(matter_t), intent(in) :: m
       type(constraints_t), intent(in) :: c
       integer, intent(in) :: k                   !! the box
@@ -116,7 +197,7 @@ contains
       integer, intent(in) :: direction           !! from the last to the next
       real(dp), intent(in) :: part               !! of the way between them to where the box ends [-]
       real(dp) :: stiffness, of_component, opening(ndim)
-      integer :: d
+      integer :: d, i
       stiffness = 0
       associate (box => c%boxes(k), x => m%grid%node_position(:, next))
          do d = 1, ndim
@@ -128,6 +209,16 @@ contains
             of_component = across
             if (box%upper(d) - box%lower(d) > m%grid%forest%tolerance()) of_component = aside
             if (d == direction) of_component = onward
+            i = findloc([(is_near(interfaces%list(i)), i=1, kept)], .true., dim=1)
+            if (i > 0) then                      ! as material moves into its cells a spring grows firmer under its force
+               associate (point => interfaces%list(i))
+                  if (m%particles%total_frame .or. norm(point%origin - x) > m%grid%forest%tolerance()) cycle
+                  if (of_component*stiffness <= point%stiffness) cycle
+                  point%opening = point%stiffness/(of_component*stiffness)*point%opening
+                  point%stiffness = of_component*stiffness
+               end associate
+               cycle
+            end if
             call add_interface_point(interfaces, support)
             associate (point => interfaces%list(interfaces%n))
                point%jump%node(:2) = [next, last]
@@ -137,7 +228,7 @@ contains
                point%stiffness = of_component*stiffness
                point%opening = opening
                point%place = x
-               point%middle = x
+               point%middle = m%grid%node_position(:, last)
                point%origin = x
                point%cell = m%grid%smallest_leaf_at(next)
                point%length = part*point%cell
@@ -146,6 +237,13 @@ contains
       end associate
 
    contains
+
+      !> Whether a spring of this component is nearer to the node than to its own last one.
+      pure logical function is_near(spring)
+         type(interface_point_t), intent(in) :: spring
+         is_near = abs(spring%normal(d)) > 0 .and. maxval(abs(spring%origin - m%grid%node_position(:, next))) < &
+                   norm(spring%origin - spring%middle) - m%grid%forest%tolerance()
+      end function is_near
 
       !> Displacement of a node, by the particles around it [m].
       pure function displacement_of(node) result(u)

@@ -16,7 +16,7 @@ module hampm_constraints
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: constraints_t, given_motion_t, constrain_box, hold_axis, rebuild_constraints, find_levers, hold, let_turn
+   public :: constraints_t, box_t, given_motion_t, constrain_box, hold_axis, rebuild_constraints, find_levers, hold, let_turn
 
    !> How held nodes are moved.
    type :: given_motion_t

@@ -966,6 +966,8 @@ PARTS = {"toughness by tables": any_of("growth", "extensions", "angles", "speeds
          "graded bodies with J": lambda scene: any_of("body", "profile_at")(scene) and "domain_integral" in group(scene, "energy_release").get("estimators", ()),
          "loads on sides of polygons": any_of("load", "side"),
          "supports that end between nodes": lambda scene: ends_between_nodes(scene, "constraint"),
+         "supports that end between nodes of cells that change in motion": lambda scene: (
+             ends_between_nodes(scene, "constraint") and group(scene, "refine").get("indicator") in ("gradient", "zz") and group(scene, "method").get("time", "explicit") != "static"),
          "loads that end between nodes": lambda scene: ends_between_nodes(scene, "load"),
          "loads at mouths": lambda scene: any(any(abs(keys["lower"][axis] - place) + abs(keys["upper"][axis] - place) < 1e-9 and keys["lower"][1 - axis] <= mouth <= keys["upper"][1 - axis]
                                                   for keys in groups(scene, "load") if keys["kind"] in ("traction", "pressure") and {"lower", "upper"} <= set(keys))
