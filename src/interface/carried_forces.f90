@@ -1,5 +1,6 @@
-!> Forces that faces in contact carry at rest without overlap and elastic sliding (`hampm_interface_points`). The layer between
-!> them has the compliance of a third of a cell, which would make a crack whose faces stick a soft seam.
+!> Forces that faces in contact carry at rest without overlap and elastic sliding (`hampm_interface_points`), and what single points
+!> of faces with friction are spared. The layer between them has the compliance of a third of a cell, which at rest would make a
+!> crack whose faces stick a soft seam.
 !>
 !> Uzawa's method for the augmented Lagrangian: the layer carries the forces of the last balance, and they are balanced again. Each
 !> point carries the mean traction of the cells around it. Slanted cuts have more points than openings of nodes: the tractions of
@@ -11,7 +12,7 @@
 !> Source: Oden & Pires, J. Appl. Mech. 50 (1983) 67-76 (nonlocal law).
 module hampm_carried_forces
    use hampm_kinds, only: dp, ndim
-   use hampm_interface_points, only: interfaces_t, face_force, is_pressed, along_faces, length_along, &
+   use hampm_interface_points, only: interfaces_t, face_force, is_pressed, is_sliding, along_faces, length_along, &
                                      find_points
    use hampm_nearby, only: nearby_t
    use hampm_tensors, only: norm
@@ -21,15 +22,18 @@ module hampm_carried_forces
 
 contains
 
-   !> Let faces that press on each other carry their present tractions; firm ones, which do not give way, carry none. `change` is
-   !> the change of the carried forces over all forces, in the mean square [-].
-   pure subroutine carry_forces(interfaces, near, change)
+   !> Let faces that press on each other carry their present tractions at rest; firm ones, which do not give way, carry none. In
+   !> motion the layer bears them, and only the points that slide, or have something to spare, are renewed, within a step by more
+   !> alone. `change` is the change over all forces, in the mean square, of what is carried and of what points that slide have to
+   !> spare [-].
+   pure subroutine carry_forces(interfaces, near, at_rest, only_more, change)
       type(interfaces_t), intent(inout) :: interfaces
       type(nearby_t), intent(inout) :: near      !! table of their places, as in `find_points`
+      logical, intent(in) :: at_rest, only_more
       real(dp), intent(out) :: change
       real(dp), parameter :: reach = 1.5_dp      ! of a mean to either side [cells]
       real(dp) :: force(ndim, interfaces%n), mean(ndim), weight, area, spare, of_all
-      logical :: carries(interfaces%n)
+      logical :: carries(interfaces%n), slides
       integer, allocatable :: found(:)
       integer :: k, j
       change = 0
@@ -49,6 +53,8 @@ contains
          mean = 0
          area = 0
          associate (point => interfaces%list(k))
+            slides = point%friction > 0 .and. is_sliding(point)
+            if (.not. (at_rest .or. slides .or. point%spare > 0)) cycle
             call find_points(interfaces, near, point%origin, 2*point%cell, found)
             do j = 1, size(found)
                associate (other => interfaces%list(found(j)))
@@ -63,9 +69,13 @@ contains
             spare = 0
             if (point%friction > 0) spare = max(0.0_dp, excess(force(:, k)/point%stiffness) &
                                                          - excess(mean)*merge(area/point%area, 1.0_dp, excess(mean) > 0))
-            change = change + point%stiffness*(sum((mean - point%carried)**2) + (spare - point%spare)**2)
-            point%carried = mean
+            if (only_more) spare = max(spare, point%spare)
+            change = change + merge(point%stiffness*sum((mean - point%carried)**2), 0.0_dp, at_rest)
+            weight = point%stiffness*(spare - point%spare)**2
             point%spare = spare
+            if (at_rest .or. slides .or. is_sliding(point)) change = change + weight
+            if (.not. at_rest) cycle
+            point%carried = mean
             point%slip = point%slid - along_faces(point, point%start)
          end associate
       end do

@@ -23,7 +23,7 @@ module hampm_interface_points
              along_faces, length_along, direction_of, components_of, vector_of, turned, interpolated, add_interface_point, &
              find_points, archive_interfaces
    public :: holds, pulls, are_apart, is_free, is_pressed, is_softening, has_force, overlap_of, sliding_of, slid_in_all, &
-             have_friction, hold_friction, cohesion_at, force_of, force_at, face_force, add_interface_forces, &
+             have_friction, hold_friction, is_sliding, cohesion_at, force_of, force_at, face_force, add_interface_forces, &
              forces_of_firm_faces, add_interface_resistance, interface_states, interface_stiffness, stiffness_in_directions, &
              energy_of, interface_energy, commit_slip, stretch_interfaces, open_interfaces, relax_interfaces, ease_faces, &
              jumps_with_mass, add_interface_momentum, kick_interfaces, energy_of_rates
@@ -126,6 +126,13 @@ contains
       type(interface_point_t), intent(in) :: point
       is_pressed = point%law == contact .and. has_force(point)
    end function is_pressed
+
+   !> Whether the faces at an interface point press on each other and slide.
+   pure logical function is_sliding(point)
+      type(interface_point_t), intent(in) :: point
+      is_sliding = is_free(point)
+      if (is_sliding) is_sliding = state_of(point) == slides
+   end function is_sliding
 
    !> Resistance of faces in contact to separation [N].
    pure function face_force(point) result(force)

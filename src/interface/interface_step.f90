@@ -11,6 +11,7 @@
 !> J. Appl. Mech. 45 (1978) 371-378; Carpenter, Taylor & Katona, Int. J. Numer. Meth. Engng 32 (1991) 103-128.
 module hampm_interface_step
    use hampm_archive, only: archive_t
+   use hampm_carried_forces, only: carry_forces
    use hampm_kinds, only: dp, ndim, corners
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_domain_pass, only: corner_map_t
@@ -19,18 +20,19 @@ module hampm_interface_step
    use hampm_failure, only: failure_t
    use hampm_interface_points, only: interfaces_t, direction_of, components_of, vector_of, interface_states, &
                                      stiffness_in_directions, force_at, have_friction, &
-                                     hold_friction, cohesion_at, holds, are_apart
+                                     hold_friction, commit_slip, cohesion_at, holds, are_apart
    use hampm_cohesive_law, only: cohesive_state_t
    use hampm_jumps, only: jump_of, give_nodes, add_mass_product
    use hampm_mass_factorisation, only: mass_factorisation_t
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_mass_solver, only: mass_solver_t, solve_aside, solve_mass
    use hampm_matter, only: matter_t
+   use hampm_nearby, only: nearby_t
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_sparse, only: sparse_t, pattern_of_cliques
    implicit none
    private
-   public :: interface_step_t, hold_faces, accelerate_by_faces, forget_faces, archive_faces
+   public :: interface_step_t, hold_faces, commit_faces, accelerate_by_faces, forget_faces, archive_faces
 
    real(dp), parameter :: of_newmark = 0.3_dp    !! beta, see above
    integer, parameter :: most_turns = 50         !! in which points find their states, for the whole step
@@ -72,6 +74,7 @@ module hampm_interface_step
       real(dp) :: dt = 0                         !! [s]
       real(dp), allocatable :: beta(:)           !! 1 where the faces are free to part, (points)
       real(dp), allocatable :: opening(:, :)     !! at the beginning of the step [m], (ndim, points)
+      type(nearby_t) :: near                     !! table of the points, as in `find_points`
       real(dp), allocatable, dimension(:, :) :: unit, moved, mapped !! 0, where C', A C' and M A C' are found, (ndim, n_points)
    end type interface_step_t
 
@@ -102,7 +105,7 @@ contains
       real(dp), intent(inout) :: force(:, :)     !! [N]
       type(failure_t), intent(inout) :: failure
       real(dp) :: f(ndim*interfaces%n_at_end), before(ndim*interfaces%n_at_end), change(ndim), &
-                  acting(ndim, interfaces%n_at_end)
+                  acting(ndim, interfaces%n_at_end), unused
       integer :: pass, k, j
       logical :: rubs, is_new, is_kept           ! whether the matrix data are from a checkpoint
       is_kept = m%particles%total_frame .and. allocated(self%slopes)
@@ -138,6 +141,7 @@ contains
          call find_forces(self, interfaces, f, is_new, failure)
          if (failure%failed() .or. .not. rubs) exit
          if (pass > 1 .and. maxval(abs(f - before)) <= tolerance*maxval(abs(f))) exit
+         if (pass == 1) call carry_forces(interfaces, self%near, .false., .false., unused) ! it goes on in the next step
          call hold_friction(interfaces)
       end do
       if (rubs) interfaces%list(:interfaces%n)%friction_limit = -1
@@ -153,6 +157,15 @@ contains
       call move_nodes(self, interfaces, m, acting, masses, solver, failure)
       call take_moved(self, acceleration, dt, velocity)
    end subroutine hold_faces
+
+   !> After a step: commit slip where mean tractions reach the cone of friction, and damage.
+   pure subroutine commit_faces(self, interfaces)
+      type(interface_step_t), intent(inout) :: self
+      type(interfaces_t), intent(inout) :: interfaces
+      real(dp) :: unused
+      if (have_friction(interfaces)) call carry_forces(interfaces, self%near, .false., .true., unused)
+      call commit_slip(interfaces)
+   end subroutine commit_faces
 
    !> Add the accelerations by the forces of the points at their present openings, between steps.
    subroutine accelerate_by_faces(self, interfaces, m, fixed, map, masses, solver, acceleration, failure)

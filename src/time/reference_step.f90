@@ -14,8 +14,8 @@ module hampm_reference_step
    use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t
    use hampm_critical_step, only: largest_wave_speed
-   use hampm_interface_points, only: add_interface_forces, stretch_interfaces, commit_slip, ease_faces
-   use hampm_interface_step, only: hold_faces
+   use hampm_interface_points, only: add_interface_forces, stretch_interfaces, ease_faces
+   use hampm_interface_step, only: hold_faces, commit_faces
    use hampm_integrator, only: integrator_t
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_state_update, only: update_particle_state, hoop_resistance
@@ -114,7 +114,7 @@ contains
       real(dp), intent(in) :: v(:, :)            !! [m/s], (ndim, n_points)
       real(dp), intent(in) :: dt                 !! [s]
       call stretch_interfaces(m%interfaces, v, dt)
-      call commit_slip(m%interfaces)
+      call commit_faces(m%interface_step, m%interfaces)
       call ease_faces(m%interfaces, dt*largest_wave_speed(m%materials, 'shear'))
    end subroutine open_faces
 

@@ -27,8 +27,8 @@ module hampm_step
    use hampm_pass, only: pass_t
    use hampm_tiling, only: plan_tiles, is_planned, step_in_tiles
    use hampm_vectors, only: add_scaled
-   use hampm_interface_step, only: hold_faces
-   use hampm_interface_points, only: add_interface_forces, stretch_interfaces, commit_slip, ease_faces, interface_energy, &
+   use hampm_interface_step, only: hold_faces, commit_faces
+   use hampm_interface_points, only: add_interface_forces, stretch_interfaces, ease_faces, interface_energy, &
                                      kick_interfaces
    use hampm_error_context, only: when, origin
    implicit none
@@ -369,7 +369,7 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + interface_energy(m%interfaces) + m%interfaces%loss
       call stretch_interfaces(m%interfaces, m%fields%velocity(:, :, which), dt)
-      call commit_slip(m%interfaces)
+      call commit_faces(m%interface_step, m%interfaces)
       call ease_faces(m%interfaces, dt*largest_wave_speed(m%materials, 'shear'))
       if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - interface_energy(m%interfaces) - m%interfaces%loss
    end subroutine open_faces

@@ -21,8 +21,8 @@ SCENE = """\
 &output file = 'r.h5' /
 """
 METHODS = {"static": ("&method time = 'static' load_steps = 6 /\n", 3.0), "explicit": ("&damping rate = 1.5e5 /\n", 3e-4),
-           "implicit": ("&damping rate = 1.5e5 /\n&method time = 'implicit' time_step = 3e-7 /\n", 3e-4)}
-FLAT, SLANTED = "-8e-3, -0.0014, 8e-3, -0.0014", "-7e-3, -2.3e-3, 7e-3, 1.1e-3"
+           "implicit": ("&damping rate = 1.5e5 /\n&method time = 'implicit' time_step = 3e-6 /\n", 3e-4)}
+FLAT, SLANTED, HALF_WAY = "-8e-3, -0.0014, 8e-3, -0.0014", "-7e-3, -2.3e-3, 7e-3, 1.1e-3", "-8e-3, 1e-3, 8e-3, 1e-3"
 
 
 def scene(method, path=FLAT, cell=2e-3, order=1, friction=0.7, refine="", crack=True):
@@ -36,14 +36,16 @@ def scene(method, path=FLAT, cell=2e-3, order=1, friction=0.7, refine="", crack=
 @pytest.mark.parametrize(("method", "path", "options"), [
     ("static", FLAT, {}), ("static", SLANTED, {"friction": 1.5}), ("static", SLANTED, {"friction": 0.9}), ("static", FLAT, {"order": 2}),
     ("static", FLAT, {"refine": "&refine indicator = 'gradient' r_crit = 0.02 max_level = 2 /"}), ("static", FLAT, {"refine": "&refine indicator = 'tip' max_level = 2 rings = 3 /"}),
-    ("explicit", FLAT, {"refine": "&refine indicator = 'zz' tolerance = 0.03 max_level = 1 interval = 20 start = 1e-4 /"}), ("implicit", SLANTED, {"friction": 1.5})])
+    ("explicit", FLAT, {"refine": "&refine indicator = 'zz' tolerance = 0.03 max_level = 1 interval = 20 start = 1e-4 /"}), ("implicit", SLANTED, {"friction": 0.7}), ("explicit", SLANTED, {"friction": 0.7}),
+    ("implicit", HALF_WAY, {"friction": 0.5, "refine": "&refine indicator = 'zz' tolerance = 0.03 max_level = 2 interval = 3 start = 1e-4 /\n"})])
 def test_faces_that_stick_have_no_intensity(hampm, method, path, options):
     """K_II was 12 to 34 % of that without friction. Displacements and energy are those of the body without the crack: at rest but for cut cells, in motion but for the layer
-    too, which gives way by a third of a cell. With a friction of 0.9 single points of the slanted crack slid, by tractions that alternate (K_II 40 % of that without)."""
+    too, which gives way by a third of a cell. With a friction of 0.9 single points of the slanted crack slid, by tractions that alternate (K_II 40 % of that without); in motion they did
+    until the mean tractions decided there, too (0.09 J; one point beside a tip that lies half way between grid lines whose cells refine, 1.3e-5 J)."""
     row = harness.run(hampm, scene(method, path, **options))
     assert np.max(row["friction_loss"]) <= 1e-12 * row["strain_energy"][-1]
     for name in ("K_I", "K_II", "K_II_tip2"):
-        assert abs(row[name][-1]) < 1.0, name  # of 2e6 Pa sqrt(m)
+        assert abs(row[name][-1]) < (100.0 if method == "explicit" else 1.0), name  # of 2e6 Pa sqrt(m); faces apart in the first waves meet beside their places
     assert abs(row["J"][-1]) < 1e-9 and abs(row["G"][-1]) < 1e-9
     if "refine" not in options and "order" not in options:
         whole = harness.run(hampm, scene(method, path, crack=False), name="whole")
