@@ -15,7 +15,7 @@ module hampm_expected_error
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes, tip_field_t
    use hampm_estimated_errors, only: hardly, uncertainty
-   use hampm_interface_points, only: interfaces_t, contact, overlap_of
+   use hampm_interface_points, only: interfaces_t, contact, overlap_of, along_faces, length_along
    use hampm_jumps, only: jump_of
    use hampm_problem, only: problem_t
    use hampm_quadratic_tip_offset, only: quadratic_tip_offset
@@ -174,7 +174,7 @@ contains
 
    !> Static solution under all loads, scaled to small gradients, with free rigid-body modes; not known if all loads act on supports
    !> or do no more than that, and for too many unknowns. Contacting faces are free where they separate, and hold with friction
-   !> where they do not.
+   !> where they do not and do not slide.
    subroutine find_equilibrium(m, rest, model)
       type(problem_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: rest   !! that is factorised
@@ -211,14 +211,15 @@ contains
       model%energy = model%scale*sum(force*model%u)/2
    end subroutine find_equilibrium
 
-   !> Open faces in contact that a displacement separates, for good. `is_new`: any were closed before.
+   !> Open faces in contact that a displacement separates, and let those slide freely whose friction it overcomes, for good: K_II of
+   !> faces that slide has the error of one without their friction, whose field is smooth. `is_new`: any that did not before.
    pure subroutine part_faces(interfaces, u, is_new)
       type(interfaces_t), intent(inout) :: interfaces
       real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
       logical, intent(out) :: is_new
       real(dp), parameter :: rounding = 1e-6_dp  ! of the largest opening or overlap
       real(dp) :: largest
-      logical :: is_open
+      logical :: is_open, slides, slid
       integer :: k
       is_new = .false.
       largest = 0
@@ -231,10 +232,15 @@ contains
          associate (point => interfaces%list(k))
             if (point%law /= contact) cycle
             if (overlap_of(point) < 0) cycle
-            is_open = dot_product(point%normal, jump_of(point%jump, u)) > rounding*largest
-            is_new = is_new .or. is_open
+            associate (opening => dot_product(point%normal, jump_of(point%jump, u)))
+               is_open = opening > rounding*largest
+               slides = point%friction > 0 .and. &
+                        length_along(along_faces(point, jump_of(point%jump, u))) > -point%friction*opening + rounding*largest
+            end associate
+            slid = any(abs(point%slip) > 0)
+            is_new = is_new .or. is_open .or. slides .and. .not. slid
             point%contact_offset = 0
-            point%slip = 0
+            point%slip = merge(point%cell, 0.0_dp, slides .or. slid)
             point%carried = 0
             point%opening = merge(point%cell, 0.0_dp, is_open)*point%normal
          end associate

@@ -67,3 +67,33 @@ def test_faces_that_slide_have_theirs(hampm):
     hardly, free = (harness.run(hampm, text) for text in (scene("static", friction=1e-6), scene("static").replace("'friction' friction = 0.7", "'frictionless'")))
     assert hardly["K_II"][-1] == pytest.approx(free["K_II"][-1], rel=1e-3)
     assert abs(free["K_II"][-1]) > 1e6
+
+
+SHEARED = """\
+&run plane = 'strain' end_time = 1.0 /
+&grid lower = -64e-3, -64e-3 cell = 2e-3 cells = 64, 64 /
+&material name = 'a' young = 200e9 poisson = 0.3 density = 7800 /
+&body material = 'a' lower = -64e-3, -64e-3 upper = 64e-3, 64e-3 /
+&constraint lower = -64e-3, -64e-3 upper = -64e-3, -64e-3 fix = 'xy' /
+&constraint lower = 64e-3, -64e-3 upper = 64e-3, -64e-3 fix = 'y' /
+&load kind = 'traction' lower = -64e-3, 64e-3 upper = 64e-3, 64e-3 force = 3e6, -4e6 /
+&load kind = 'traction' lower = -64e-3, -64e-3 upper = 64e-3, -64e-3 force = -3e6, 4e6 /
+&load kind = 'traction' lower = 64e-3, -64e-3 upper = 64e-3, 64e-3 force = 0.0, 3e6 /
+&load kind = 'traction' lower = -64e-3, -64e-3 upper = -64e-3, 64e-3 force = 0.0, -3e6 /
+&crack kind = 'path' points = {left}, {height}, {right}, {height} contact = 'friction' friction = 0.3 /
+&method time = 'static' load_steps = 1 /
+&energy_release estimators = 'domain_integral' /
+&output file = 'r.h5' /
+"""
+
+
+@pytest.mark.parametrize(("height", "aside"), [(0.0, 0.0), (0.0, 0.9e-3), (0.3e-3, 0.4e-3)])
+def test_errors_of_faces_that_slide_are_those_of_a_crack(hampm, height, aside):
+    """K_II = (tau - mu p) sqrt(pi a) sqrt(sec(pi a/W)), a square plate of width W. Along a grid line, with tips at nodes, its error was 0.86 of K_II, and 0.90 with cells
+    of half the size, as the static model behind it held the faces: now twice what is off, which is the part of a cell that such a crack is short by."""
+    half = 8e-3
+    row = harness.run(hampm, SHEARED.format(left=aside - half, right=aside + half, height=height))
+    right = (3e6 - 0.3 * 4e6) / 0.128 * np.sqrt(np.pi * half / np.cos(np.pi * half / 0.128))
+    for tip in ("", "_tip2"):
+        off, told = abs(abs(row["K_II" + tip][-1]) - right), row[f"K_II_error{tip}"][-1]
+        assert off < told < (3 * off if (height, aside) == (0.0, 0.0) else 0.1 * right)
