@@ -243,16 +243,23 @@ def test_the_plate_of_kalthoff_with_its_projectile(hampm):
 
 @pytest.mark.verify
 def test_a_wedge_in_a_double_cantilever_beam(hampm):
-    """Against arms that are opened by d/2 at their lips, G = 3 E' h**3 d**2/(16 (a + 0.673 h)**4), of which at a given opening G (a + 0.673 h)/3 is stored. The length is that by
-    the energy that bonded points have taken: the tip starts one to two cells later. The arms swing by a tenth of G before growth."""
+    """Against arms that are opened by d/2 at their lips, G = 3 E' h**3 d**2/(16 (l**2 + s/l)**2), l = a + 0.673 h, of which at a given opening G (l + s/l**2)/3 is stored: s =
+    c**3 (h**3/k**3 - 1) is what the slot, of length c, adds to l**3, where arms have the depth k alone; equilibrium in cells of 0.5 mm has 1.01 of that G. The length is
+    that by the energy that bonded points have taken: the tip starts one to two cells later. The arms swing by a tenth of G before growth, here in two periods."""
     row, _ = run_told(hampm, INPUT / "wedge_dcb.nml")
     modulus, depth, thickness, toughness = 3.3e9 / (1 - 0.35**2), 0.01, 0.01, 300.0
+    slot = 0.01**3 * ((depth / 0.008) ** 3 - 1)
     opening, time = row["displacement_upper_y"] - row["displacement_lower_y"], 1e3 * row["time"]
-    beam = 3 * modulus * depth**3 * opening**2 / (16 * (row["tip_x"] + 0.673 * depth) ** 4)
+    arm = row["tip_x"] + 0.673 * depth
+    beam = 3 * modulus * depth**3 * opening**2 / (16 * (arm**2 + slot / arm) ** 2)
     before, running = (time > 0.399) & (row["fracture_energy"] <= 0), time > 0.699
-    asked = (3 * modulus * depth**3 * opening[running] ** 2 / (16 * toughness)) ** 0.25 - 0.673 * depth
+    squared = (3 * modulus * depth**3 * opening[running] ** 2 / (16 * toughness)) ** 0.5
+    arm = np.sqrt(squared)
+    for _ in range(20):
+        arm = np.sqrt(squared - slot / arm)
+    asked = arm - 0.673 * depth
     length = 25e-3 + row["fracture_energy"][running] / (toughness * thickness)
-    stored = row["strain_energy"][-1] / (toughness * thickness * (asked[-1] + 0.673 * depth) / 3)
+    stored = row["strain_energy"][-1] / (toughness * thickness * (arm[-1] + slot / arm[-1] ** 2) / 3)
     g = row["G"][running] / toughness
     print(np.mean(row["G"][before] / beam[before]), np.mean(g), np.std(g), np.min(length / asked), np.max(length / asked), length[-1] / asked[-1], stored, missing(row))
     assert np.mean(row["G"][before] / beam[before]) == pytest.approx(1, abs=0.05)
