@@ -184,6 +184,7 @@ contains
       real(dp) :: places(ndim, size(tips)), distance, missing(3), about_mean
       real(dp), allocatable :: u(:, :, :)
       type(crack_values_t) :: found(2)           ! with the tip sought at its own place, and beside it
+      type(particles_t) :: p
       type(tip_field_t) :: field(2)
       integer :: t, d
       allocate (found(1)%j(1), found(2)%j(1))
@@ -248,7 +249,6 @@ contains
          real(dp), intent(out) :: k(modes)       !! [Pa sqrt(m)]
          real(dp), intent(out) :: j              !! [J/m2]
          type(crack_tip_t) :: tip
-         type(particles_t) :: p
          tip = tips(number)
          tip%may_close = .false.
          tip%radii = [disc_of_shifts(tip)]

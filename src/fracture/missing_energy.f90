@@ -194,17 +194,19 @@ contains
       if (size(h, 2) > ndim) stress(n_stress + 1) = material%small_hoop_stress(h_in_plane, hoop)
    end function stress_of
 
-   !> Particles at the displaced points; with a place only those in cells nearer to it than a distance.
+   !> Particles at the displaced points; with a place only those in cells nearer to it than a distance, others stay where they were.
    pure subroutine displace(m, u, p, place, distance)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
-      type(particles_t), intent(out) :: p
+      type(particles_t), intent(inout) :: p      !! from here before, or none
       real(dp), intent(in), optional :: place(ndim), distance !! in the reference configuration [m]
       real(dp) :: slopes(m%grid%n_functions, ndim), shape(m%grid%n_functions), xi(ndim), moved(ndim)
       integer :: at(m%grid%n_functions), i, k
       real(dp), parameter :: reach = 8           ! elements around a point, over hanging ones of quadratic cells
-      p = m%particles
-      p%velocity = 0
+      if (p%n == 0) then
+         p = m%particles
+         p%velocity = 0
+      end if
       do i = 1, p%n
          associate (e => p%cell(i))
             if (present(place)) then
