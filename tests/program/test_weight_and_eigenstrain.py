@@ -158,6 +158,29 @@ def test_a_free_body_of_another_law_takes_its_eigenstrain(hampm, tmp_path, law, 
         assert np.max(np.abs(field(data, name))) < 1e-9 * E
 
 
+@both_orders
+@pytest.mark.parametrize(("law", "c01"), [("neo_hookean", 0.0), ("mooney_rivlin", 6e9)])
+def test_a_body_that_swells_between_its_sides_is_a_larger_one_pressed_into_their_place(hampm, law, c01, order):
+    """Closed form in plane strain: stretches s = 1/(1 + e) of a volume that is (1 + e)**2 of the reference volume, which has energy and reactions."""
+    strain, half = 0.04, 0.012
+    swollen = 1 + strain
+    mu, bulk = E / 2.6, E * 0.3 / (1.3 * 0.4)
+    text = f"&body material = 'a' lower = {-half}, {-half} upper = {half}, {half} eigenstrain = {strain}, {strain}, 0, 0 /\n"
+    for axis, side in ((0, -half), (0, half), (1, -half), (1, half)):
+        lower, upper = ([side if k == axis else at for k in (0, 1)] for at in (-half, half))
+        text += f"&constraint lower = {lower[0]}, {lower[1]} upper = {upper[0]}, {upper[1]} fix = '{'xy'[axis]}' name = 's{axis}{'b' if side > 0 else 'a'}' /\n"
+    text = bodies(text, "8, 8", "-0.016, -0.016", 4e-3, plane="strain")
+    row = run(hampm, text.replace("young =", f"law = '{law}' {f'c01 = {c01}' if c01 else ''} young ="), *order)
+    s = 1 / swollen
+    log = 2 * math.log(s)
+    first, second, c10 = 2 * s**2 + 1, s**4 + 2 * s**2, mu / 2 - c01
+    energy = c10 * (first - 3) + c01 * (second - 3) - (mu + 2 * c01) * log + (bulk - 4 * c01) / 2 * log**2
+    stress = 2 * c10 * s**2 + 2 * c01 * (s**4 + s**2) - (mu + 2 * c01) + (bulk - 4 * c01) * log
+    assert row["strain_energy"] == pytest.approx(swollen**2 * energy * (2 * half)**2 * B, rel=1e-9)
+    assert row["reaction_s0b_x"] == pytest.approx(swollen**2 * stress * 2 * half * B, rel=1e-9)
+    assert row["reaction_s1a_y"] == pytest.approx(-swollen**2 * stress * 2 * half * B, rel=1e-9)
+
+
 def test_heat_in_fibres_that_are_held_across(hampm, tmp_path):
     """Plane strain: what is kept from the strain across the plane adds nu_i3 E_3/E_i of it along the axes, here turned by 30 degrees."""
     text = bodies("&body material = 'a' lower = 0, 0 upper = 0.04, 0.012 eigenstrain = 0, 0, 0, 1e-3 /\n", "26, 12", "-0.004, -0.004", 2e-3, plane="strain")
