@@ -48,6 +48,14 @@ def test_a_bar_that_snaps_back_says_so(hampm, tmp_path):
         assert 3.6 < file["history/reaction_end_x"][-1] < 4.0          # the last load step before its strength, 4 N
 
 
+@pytest.mark.parametrize(("opening", "code"), [(1.6e-7, 2), (1.75e-7, 0)])
+def test_cells_that_let_faces_snap_apart_are_refused(hampm, opening, code):
+    """Where a part of the law falls more steeply than the layer of the cells, a third of their size, gives: half the strength over 3e9 Pa/mm is 1.67e-7 m."""
+    law = f"law = 'table'  openings = 0.0, {opening}, 6e-5  tractions = 1e6, 0.5e6, 0.0"
+    said = run(hampm, BAR.format(way=1e-6, law=law), code=code)
+    assert code == 0 or "too large for the cohesive zone" in said
+
+
 def beam(loads, law, cell=0.75e-3, length=99e-3, a=22e-3, method="time = 'static'  load_steps = 20", radii=2.25e-3, end=1.0, more="", contact="", output=""):
     """A beam of two arms, its crack a long from 1 mm before its end on, held from there on."""
     n = round(length / cell)
