@@ -46,9 +46,9 @@ module hampm_rule_table
       'crack_length', 'arrested', 'load_dropped', 'crack_length', 'load_dropped', 'arrested', 'static', 'lumped', 'partial', &
       'fmpm', 'weighted', 'consistent', 'axisymmetric', 'axisymmetric', 'dcb', 'axisymmetric', 'axisymmetric', 'cpdi', &
       'linear', 'axisymmetric', 'orthotropic', 'orthotropic', 'orthotropic', 'polygon', 'circle', 'cylinder', 'static', &
-      'explicit', 'line', 'path', 'plane', 'ellipse', 'polygon', 'disc', 'plane', 'disc', 'plane', 'updated', 'total', &
-      'frictionless', '{growth laws in motion}', 'none', 'friction', 'none', 'hoop_stress', 'local_symmetry', 'max_energy', &
-      'path', 'straight', '{growth laws in motion}', 'hutchinson_suo', 'benzeggagh_kenane', 'none', &
+      'explicit', 'line', 'path', 'plane', 'symmetry', 'ellipse', 'polygon', 'disc', 'plane', 'disc', 'plane', 'updated', &
+      'total', 'frictionless', '{growth laws in motion}', 'none', 'friction', 'none', 'hoop_stress', 'local_symmetry', &
+      'max_energy', 'path', 'straight', '{growth laws in motion}', 'hutchinson_suo', 'benzeggagh_kenane', 'none', &
       '{growth laws in motion}', '{growth laws in motion}', 'largest', 'last', 'first', 'all', 'material_force', &
       'stress_closure', 'domain_integral', 'dcb', 'value', 'cpdi', 'linear', 'explicit', 'implicit', &
       '{growth laws in motion}', 'symmetry', 'symmetry', 'orthotropic', 'j2_plastic', 'j2_plastic', 'j2_plastic', &
@@ -65,17 +65,16 @@ module hampm_rule_table
       'cylinder', 'polygon', 'circle', 'sphere', 'circle', 'cylinder', 'sphere', 'stick', 'frictionless', 'friction', &
       'static', 'static', 'static', 'symmetry', 'dcb', '{growth laws at rest}', '{laws of any strain}', 'axisymmetric', &
       'dcb', 'stress', 'ramp', 'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', &
-      'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine', &
-      'table', 'table']
+      'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine', 'table']
 
-   character(name_len), parameter :: values_2(*) = [character(name_len) :: 'ramp', 'smooth_ramp', 'sine', 'table', 'step', &
-      'explicit', 'implicit', 'undeformed', 'step', 'explicit', 'implicit', 'static', 'explicit', 'implicit', 'axisymmetric', &
-      'stick', 'frictionless', 'friction', 'absorbing', 'point', 'body', 'traction', 'pressure', 'traction', 'absorbing', &
-      'pressure', 'edge', 'traction', 'pressure', 'absorbing', 'crack', 'left', 'right', 'gravity', 'gravity', 'pressure', &
-      'crack', 'gravity', 'pressure', 'crack', 'pressure', 'gravity', 'absorbing', 'absorbing', 'absorbing', 'absorbing', &
-      'static', 'absorbing', 'reference', 'fastest', 'absorbing', 'pressure', 'gravity', 'crack', 'pressure', 'pressure', &
-      'crack', 'left', 'right', 'pressure', 'gravity', 'absorbing', 'crack', 'line', 'path', 'plane', 'crack', 'crack', &
-      'step', 'friction', 'frictionless', 'friction', 'stick', 'frictionless', 'friction', 'stick', 'frictionless', &
+   character(name_len), parameter :: values_2(*) = [character(name_len) :: 'table', 'ramp', 'smooth_ramp', 'sine', 'table', &
+      'step', 'explicit', 'implicit', 'undeformed', 'step', 'explicit', 'implicit', 'static', 'explicit', 'implicit', &
+      'axisymmetric', 'stick', 'frictionless', 'friction', 'absorbing', 'point', 'body', 'traction', 'pressure', 'traction', &
+      'absorbing', 'pressure', 'edge', 'traction', 'pressure', 'absorbing', 'crack', 'left', 'right', 'gravity', 'gravity', &
+      'pressure', 'crack', 'gravity', 'pressure', 'crack', 'pressure', 'gravity', 'absorbing', 'absorbing', 'absorbing', &
+      'absorbing', 'static', 'absorbing', 'reference', 'fastest', 'absorbing', 'pressure', 'gravity', 'crack', 'pressure', &
+      'pressure', 'crack', 'left', 'right', 'pressure', 'gravity', 'absorbing', 'crack', 'line', 'path', 'plane', 'crack', &
+      'crack', 'step', 'friction', 'frictionless', 'friction', 'stick', 'frictionless', 'friction', 'stick', 'frictionless', &
       'friction', 'static', 'implicit', 'stick', 'frictionless', 'friction', 'explicit', 'total', 'stick', 'frictionless', &
       'friction', 'updated', 'updated', 'static', 'total', 'updated', 'implicit', 'total', 'updated', 'total', 'updated', &
       'symmetry', '{growth laws in motion}', 'total', 'cpdi', 'updated', 'reference', 'static', 'implicit', 'explicit', &
@@ -88,10 +87,10 @@ module hampm_rule_table
       'stick', 'frictionless', 'friction', 'undeformed', 'static', 'b_bar', '{laws of any strain}', 'standard', 'static', &
       'static', 'fmpm', 'weighted', 'partial', 'partial', 'partial', 'partial', 'refined', 'partial', 'refined', 'direct', &
       'explicit', 'lumped', 'fmpm', 'static', 'usf', '{growth laws in motion}', 'musl', 'usavg', '{growth laws in motion}', &
-      'musl', 'lumped', '{growth laws in motion}', 'weighted']
+      'musl', 'lumped', '{growth laws in motion}']
 
-   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'tip', '{indicators of one body}', 'stick', &
-      'frictionless', 'friction', 'zz', '{indicators of the motion}', 'explicit', 'implicit', 'tip', '{indicators}', &
+   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'weighted', 'tip', '{indicators of one body}', &
+      'stick', 'frictionless', 'friction', 'zz', '{indicators of the motion}', 'explicit', 'implicit', 'tip', '{indicators}', &
       '{indicators}', '{indicators}', '{indicators}', 'gradient', 'gradient', 'gradient', 'gradient', 'zz', 'tip', &
       '{indicators of the motion}', 'static', '{indicators of the motion}', '{indicators of the motion}', 'static', &
       '{indicators of the motion}', 'symmetry', 'line', 'plane', 'straight', 'disc', 'ellipse', 'polygon', 'straight', &
@@ -118,21 +117,21 @@ module hampm_rule_table
       'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', '{laws of any strain}', &
       'linear_elastic', 'orthotropic', '{laws with a history}', 'linear_elastic', 'orthotropic', '{estimators}', &
       '{estimators at nodes}', 'domain_integral', '{estimators at nodes}', 'symmetry', 'domain_integral', &
-      '{estimators at nodes}', 'domain_integral', '{estimators of elastic material}']
+      '{estimators at nodes}', 'domain_integral']
 
-   character(name_len), parameter :: values_4(*) = [character(name_len) :: '{laws with a history}', 'domain_integral', &
-      'stress_closure', 'crack', 'domain_integral', '{estimators of isotropic material}', 'orthotropic', 'domain_integral', &
-      '{estimators for traction-free faces}', 'frictionless', 'friction', 'domain_integral', &
-      '{estimators for traction-free faces}', 'crack', 'domain_integral', '{estimators for traction-free faces}', 'left', &
-      'right', 'domain_integral', '{estimators for traction-free faces}', 'domain_integral', &
-      '{estimators for stationary tips}', 'domain_integral', '{estimators for stationary tips}', 'domain_integral', &
-      'domain_integral', '{laws with a history}', 'material_force', '{laws with a history}', 'domain_integral', &
-      '{laws with a history}', '{growth laws in motion}', 'domain_integral', '{laws with a history}', 'orthotropic', &
-      'symmetry', 'frictionless', 'friction', '{growth laws in motion}', '{estimators by radii}', 'value', 'value', 'dcb', &
-      'symmetry', 'line', 'plane', 'straight', 'dcb', 'dcb', 'orthotropic', 'dcb', 'pressure', 'gravity', 'dcb', &
-      'displacement', 'velocity', 'stress', 'strain', 'displacement', 'velocity', 'stress', 'strain', 'velocity', 'static', &
-      'left', 'right', 'opening', 'volume', 'opening', 'volume', 'load_line', 'load_line', 'opening', 'volume', 'opening', &
-      'volume', 'load_line', 'opening', 'opening', 'load_line', 'first', 'opening']
+   character(name_len), parameter :: values_4(*) = [character(name_len) :: '{estimators of elastic material}', &
+      '{laws with a history}', 'domain_integral', 'stress_closure', 'crack', 'domain_integral', &
+      '{estimators of isotropic material}', 'orthotropic', 'domain_integral', '{estimators for traction-free faces}', &
+      'frictionless', 'friction', 'domain_integral', '{estimators for traction-free faces}', 'crack', 'domain_integral', &
+      '{estimators for traction-free faces}', 'left', 'right', 'domain_integral', '{estimators for traction-free faces}', &
+      'domain_integral', '{estimators for stationary tips}', 'domain_integral', '{estimators for stationary tips}', &
+      'domain_integral', 'domain_integral', '{laws with a history}', 'material_force', '{laws with a history}', &
+      'domain_integral', '{laws with a history}', '{growth laws in motion}', 'domain_integral', '{laws with a history}', &
+      'orthotropic', 'symmetry', 'frictionless', 'friction', '{growth laws in motion}', '{estimators by radii}', 'value', &
+      'value', 'dcb', 'symmetry', 'line', 'plane', 'straight', 'dcb', 'dcb', 'orthotropic', 'dcb', 'pressure', 'gravity', &
+      'dcb', 'displacement', 'velocity', 'stress', 'strain', 'displacement', 'velocity', 'stress', 'strain', 'velocity', &
+      'static', 'left', 'right', 'opening', 'volume', 'opening', 'volume', 'load_line', 'load_line', 'opening', 'volume', &
+      'opening', 'volume', 'load_line', 'opening', 'opening', 'load_line', 'first', 'opening']
 
    character(name_len), parameter :: values(*) = [values_1, values_2, values_3, values_4]
 
@@ -206,1079 +205,1079 @@ module hampm_rule_table
       atom_t(1, is_named, 0, 0, 32, 31, 0.0_dp, a_pin_without_an_axis), &
       atom_t(0, is_one_of, 11, 1, 32, 33, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 34, 33, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 11, 1, 34, 34, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 35, 36, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 37, 36, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 11, 5, 37, 37, 0.0_dp), &
-      atom_t(0, is_set, 11, 4, 38, 37, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 34, 35, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 36, 37, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 38, 37, 0.0_dp, a_solid), &
-      atom_t(2, is_one_of, 11, 1, 38, 38, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 39, 39, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 40, 39, 0.0_dp, a_solid), &
-      atom_t(2, is_one_of, 11, 1, 40, 40, 0.0_dp), &
-      atom_t(0, is_present, 11, 0, 41, 40, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 41, 41, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 42, 41, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 9, 10, 42, 42, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 43, 42, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 38, 38, 0.0_dp), &
+      atom_t(0, is_set, 11, 4, 39, 38, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 39, 38, 0.0_dp, a_solid), &
+      atom_t(2, is_one_of, 11, 1, 39, 39, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 40, 40, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 41, 40, 0.0_dp, a_solid), &
+      atom_t(2, is_one_of, 11, 1, 41, 41, 0.0_dp), &
+      atom_t(0, is_present, 11, 0, 42, 41, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 42, 42, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 43, 42, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 11, 9, 43, 43, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 44, 44, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 45, 44, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 11, 9, 45, 45, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 46, 46, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 47, 46, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 47, 46, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 11, 9, 47, 47, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 48, 51, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 52, 51, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 13, 3, 52, 52, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 53, 53, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 21, 54, 55, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 56, 55, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 13, 21, 56, 56, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 57, 57, 0.0_dp), &
-      atom_t(0, is_set, 13, 15, 58, 57, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 58, 57, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 9, 10, 43, 43, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 44, 43, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 44, 43, 0.0_dp, a_solid), &
+      atom_t(0, is_one_of, 11, 9, 44, 44, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 45, 45, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 46, 45, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 11, 9, 46, 46, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 47, 47, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 48, 47, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 48, 47, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 11, 9, 48, 48, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 49, 52, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 53, 52, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 13, 3, 53, 53, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 54, 54, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 21, 55, 56, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 57, 56, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 13, 21, 57, 57, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 58, 58, 0.0_dp), &
-      atom_t(0, is_set, 13, 19, 59, 58, 0.0_dp), &
+      atom_t(0, is_set, 13, 15, 59, 58, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 59, 58, 0.0_dp, a_solid), &
-      atom_t(0, is_set, 13, 29, 59, 58, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 59, 58, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 13, 30, 59, 61, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 62, 61, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 13, 30, 62, 62, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 63, 64, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 65, 64, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 17, 1, 65, 65, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 66, 65, 1.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 59, 59, 0.0_dp), &
+      atom_t(0, is_set, 13, 19, 60, 59, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 60, 59, 0.0_dp, a_solid), &
+      atom_t(0, is_set, 13, 29, 60, 59, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 60, 59, 0.0_dp, a_solid), &
+      atom_t(0, is_one_of, 13, 30, 60, 62, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 63, 62, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 13, 30, 63, 63, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 64, 65, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 66, 65, 0.0_dp, a_solid), &
-      atom_t(0, is_set, 17, 5, 66, 65, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 66, 65, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 17, 6, 66, 66, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 67, 66, 0.0_dp, a_solid)]
+      atom_t(1, is_one_of, 17, 1, 66, 66, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 67, 66, 1.0_dp), &
+      atom_t(1, is_named, 0, 0, 67, 66, 0.0_dp, a_solid), &
+      atom_t(0, is_set, 17, 5, 67, 66, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 67, 66, 0.0_dp, a_solid), &
+      atom_t(0, is_one_of, 17, 6, 67, 67, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 68, 67, 0.0_dp, a_solid)]
 
    type(atom_t), parameter :: atoms_2(*) = [ &
-      atom_t(1, is_one_of, 17, 6, 67, 67, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 68, 67, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 68, 67, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 9, 11, 68, 68, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 68, 68, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 69, 68, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 69, 68, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 9, 11, 69, 69, 0.0_dp), &
-      atom_t(0, is_one_of, 2, 4, 70, 69, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 70, 71, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 72, 72, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 73, 72, 1.0_dp), &
-      atom_t(0, is_one_of, 2, 4, 73, 72, 2.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 73, 73, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 74, 73, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 69, 69, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 70, 69, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 9, 11, 70, 70, 0.0_dp), &
+      atom_t(0, is_one_of, 2, 4, 71, 70, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 71, 72, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 73, 73, 0.0_dp), &
       atom_t(1, is_one_of, 2, 4, 74, 73, 1.0_dp), &
       atom_t(0, is_one_of, 2, 4, 74, 73, 2.0_dp), &
       atom_t(1, is_one_of, 11, 1, 74, 74, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 75, 74, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 75, 74, 0.0_dp), &
       atom_t(1, is_one_of, 2, 4, 75, 74, 1.0_dp), &
-      atom_t(0, is_none_of, 3, 2, 75, 75, 0.0_dp), &
-      atom_t(1, is_set, 3, 3, 76, 75, 0.0_dp), &
-      atom_t(0, is_set, 3, 7, 76, 75, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 76, 76, 0.0_dp), &
-      atom_t(0, is_set, 3, 8, 77, 76, 0.0_dp), &
+      atom_t(0, is_one_of, 2, 4, 75, 74, 2.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 75, 75, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 76, 75, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 76, 75, 1.0_dp), &
+      atom_t(0, is_none_of, 3, 2, 76, 76, 0.0_dp), &
+      atom_t(1, is_set, 3, 3, 77, 76, 0.0_dp), &
+      atom_t(0, is_set, 3, 7, 77, 76, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 77, 77, 0.0_dp), &
-      atom_t(0, is_set, 3, 9, 78, 77, 0.0_dp), &
+      atom_t(0, is_set, 3, 8, 78, 77, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 78, 78, 0.0_dp), &
-      atom_t(0, is_set, 3, 10, 79, 78, 0.0_dp), &
-      atom_t(1, is_set, 3, 9, 79, 78, 0.0_dp), &
-      atom_t(0, is_set, 3, 11, 79, 78, 0.0_dp), &
+      atom_t(0, is_set, 3, 9, 79, 78, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 79, 79, 0.0_dp), &
-      atom_t(0, is_set, 3, 12, 80, 79, 0.0_dp), &
+      atom_t(0, is_set, 3, 10, 80, 79, 0.0_dp), &
+      atom_t(1, is_set, 3, 9, 80, 79, 0.0_dp), &
+      atom_t(0, is_set, 3, 11, 80, 79, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 80, 80, 0.0_dp), &
-      atom_t(0, is_set, 3, 13, 81, 80, 0.0_dp), &
+      atom_t(0, is_set, 3, 12, 81, 80, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 81, 81, 0.0_dp), &
-      atom_t(0, is_set, 3, 14, 82, 81, 0.0_dp), &
+      atom_t(0, is_set, 3, 13, 82, 81, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 82, 82, 0.0_dp), &
-      atom_t(0, is_set, 3, 15, 83, 82, 0.0_dp), &
+      atom_t(0, is_set, 3, 14, 83, 82, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 83, 83, 0.0_dp), &
-      atom_t(0, is_set, 3, 16, 84, 83, 0.0_dp), &
+      atom_t(0, is_set, 3, 15, 84, 83, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 84, 84, 0.0_dp), &
-      atom_t(0, is_set, 3, 17, 85, 84, 0.0_dp), &
+      atom_t(0, is_set, 3, 16, 85, 84, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 85, 85, 0.0_dp), &
-      atom_t(0, is_set, 3, 18, 86, 85, 0.0_dp), &
+      atom_t(0, is_set, 3, 17, 86, 85, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 86, 86, 0.0_dp), &
-      atom_t(0, is_set, 3, 19, 87, 86, 0.0_dp), &
+      atom_t(0, is_set, 3, 18, 87, 86, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 87, 87, 0.0_dp), &
-      atom_t(0, is_set, 3, 20, 88, 87, 0.0_dp), &
+      atom_t(0, is_set, 3, 19, 88, 87, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 88, 88, 0.0_dp), &
-      atom_t(0, is_set, 3, 21, 89, 88, 0.0_dp), &
+      atom_t(0, is_set, 3, 20, 89, 88, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 89, 89, 0.0_dp), &
-      atom_t(0, is_set, 3, 22, 90, 89, 0.0_dp), &
+      atom_t(0, is_set, 3, 21, 90, 89, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 90, 90, 0.0_dp), &
-      atom_t(0, is_set, 3, 23, 91, 90, 0.0_dp), &
+      atom_t(0, is_set, 3, 22, 91, 90, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 91, 91, 0.0_dp), &
-      atom_t(0, is_set, 3, 24, 92, 91, 0.0_dp), &
+      atom_t(0, is_set, 3, 23, 92, 91, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 92, 92, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 93, 93, 0.0_dp), &
-      atom_t(1, is_set, 3, 15, 94, 93, 0.0_dp), &
-      atom_t(1, is_set, 3, 16, 94, 93, 0.0_dp), &
-      atom_t(1, is_set, 3, 18, 94, 93, 0.0_dp), &
-      atom_t(1, is_set, 3, 21, 94, 93, 0.0_dp), &
+      atom_t(0, is_set, 3, 24, 93, 92, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 93, 93, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 94, 94, 0.0_dp), &
-      atom_t(0, is_one_of, 1, 2, 95, 96, 0.0_dp), &
-      atom_t(1, is_set, 3, 17, 97, 96, 0.0_dp), &
-      atom_t(1, is_set, 3, 22, 97, 96, 0.0_dp), &
-      atom_t(1, is_set, 3, 23, 97, 96, 0.0_dp), &
-      atom_t(0, is_set, 3, 3, 97, 96, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 97, 97, 0.0_dp), &
-      atom_t(0, is_set, 3, 4, 98, 97, 0.0_dp), &
+      atom_t(1, is_set, 3, 15, 95, 94, 0.0_dp), &
+      atom_t(1, is_set, 3, 16, 95, 94, 0.0_dp), &
+      atom_t(1, is_set, 3, 18, 95, 94, 0.0_dp), &
+      atom_t(1, is_set, 3, 21, 95, 94, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 95, 95, 0.0_dp), &
+      atom_t(0, is_one_of, 1, 2, 96, 97, 0.0_dp), &
+      atom_t(1, is_set, 3, 17, 98, 97, 0.0_dp), &
+      atom_t(1, is_set, 3, 22, 98, 97, 0.0_dp), &
+      atom_t(1, is_set, 3, 23, 98, 97, 0.0_dp), &
+      atom_t(0, is_set, 3, 3, 98, 97, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 98, 98, 0.0_dp), &
-      atom_t(0, is_set, 3, 17, 99, 98, 0.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 99, 99, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 100, 99, 0.0_dp, a_plane), &
-      atom_t(0, is_set, 3, 22, 100, 99, 0.0_dp), &
+      atom_t(0, is_set, 3, 4, 99, 98, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 99, 99, 0.0_dp), &
+      atom_t(0, is_set, 3, 17, 100, 99, 0.0_dp), &
       atom_t(1, is_one_of, 1, 2, 100, 100, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 101, 100, 0.0_dp, a_plane), &
-      atom_t(0, is_set, 3, 23, 101, 100, 0.0_dp), &
+      atom_t(0, is_set, 3, 22, 101, 100, 0.0_dp), &
       atom_t(1, is_one_of, 1, 2, 101, 101, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 102, 101, 0.0_dp, a_plane), &
-      atom_t(0, is_one_of, 3, 2, 102, 102, 0.0_dp), &
-      atom_t(1, is_above, 3, 7, 103, 102, 0.0_dp), &
-      atom_t(0, is_set, 3, 9, 103, 102, 0.0_dp), &
-      atom_t(1, is_set, 3, 10, 103, 102, 0.0_dp), &
+      atom_t(0, is_set, 3, 23, 102, 101, 0.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 102, 102, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 103, 102, 0.0_dp, a_plane), &
       atom_t(0, is_one_of, 3, 2, 103, 103, 0.0_dp), &
-      atom_t(1, is_set, 3, 12, 104, 103, 0.0_dp), &
+      atom_t(1, is_above, 3, 7, 104, 103, 0.0_dp), &
+      atom_t(0, is_set, 3, 9, 104, 103, 0.0_dp), &
+      atom_t(1, is_set, 3, 10, 104, 103, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 104, 104, 0.0_dp), &
-      atom_t(1, is_set, 3, 13, 105, 104, 0.0_dp), &
-      atom_t(1, is_set, 3, 14, 105, 104, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 105, 105, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 106, 107, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 108, 108, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 109, 109, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 110, 110, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 111, 111, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 112, 112, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 113, 113, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 114, 113, 2.0_dp), &
+      atom_t(1, is_set, 3, 12, 105, 104, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 105, 105, 0.0_dp), &
+      atom_t(1, is_set, 3, 13, 106, 105, 0.0_dp), &
+      atom_t(1, is_set, 3, 14, 106, 105, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 106, 106, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 107, 108, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 109, 109, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 110, 110, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 111, 111, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 112, 112, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 113, 113, 0.0_dp), &
       atom_t(0, is_one_of, 3, 6, 114, 114, 0.0_dp), &
-      atom_t(1, is_above, 3, 4, 115, 114, 0.4899_dp), &
-      atom_t(1, is_none_of, 1, 2, 115, 115, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 116, 115, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 116, 116, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 117, 117, 0.0_dp), &
-      atom_t(1, is_above, 3, 4, 118, 117, 0.4899_dp), &
-      atom_t(1, is_named, 0, 0, 118, 117, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 3, 6, 118, 118, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 119, 119, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 120, 120, 0.0_dp), &
-      atom_t(1, is_none_of, 1, 2, 121, 121, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 122, 121, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 122, 122, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 123, 123, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 124, 124, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 125, 124, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 3, 6, 125, 125, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 126, 126, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 127, 127, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 128, 128, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 129, 129, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 130, 130, 0.0_dp)]
+      atom_t(1, is_one_of, 2, 4, 115, 114, 2.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 115, 115, 0.0_dp), &
+      atom_t(1, is_above, 3, 4, 116, 115, 0.4899_dp), &
+      atom_t(1, is_none_of, 1, 2, 116, 116, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 117, 116, 1.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 117, 117, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 118, 118, 0.0_dp), &
+      atom_t(1, is_above, 3, 4, 119, 118, 0.4899_dp), &
+      atom_t(1, is_named, 0, 0, 119, 118, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 3, 6, 119, 119, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 120, 120, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 121, 121, 0.0_dp), &
+      atom_t(1, is_none_of, 1, 2, 122, 122, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 123, 122, 1.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 123, 123, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 124, 124, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 125, 125, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 126, 125, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 3, 6, 126, 126, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 127, 127, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 128, 128, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 129, 129, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 130, 130, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 131, 131, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_3(*) = [ &
-      atom_t(0, is_one_of, 3, 2, 131, 131, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 132, 134, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 135, 135, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 136, 136, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 137, 138, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 139, 139, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 140, 140, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 141, 141, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 142, 142, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 143, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 146, 146, 0.0_dp), &
-      atom_t(0, is_present, 3, 0, 147, 146, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 147, 146, 0.0_dp, a_body_of_it), &
-      atom_t(0, is_present, 4, 0, 147, 146, 0.0_dp), &
-      atom_t(1, is_set, 4, 1, 147, 146, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_set, 4, 1, 147, 146, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_set, 4, 10, 147, 146, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_set, 4, 11, 147, 146, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_set, 4, 12, 147, 146, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_set, 4, 20, 147, 146, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_set, 4, 14, 147, 146, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_set, 4, 16, 147, 146, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_set, 4, 15, 147, 146, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_set, 4, 17, 147, 146, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_set, 4, 18, 147, 146, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_set, 4, 19, 147, 146, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_set, 4, 9, 147, 146, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 147, 146, 1.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 147, 147, 0.0_dp), &
-      atom_t(1, is_set, 4, 3, 148, 147, 0.0_dp), &
-      atom_t(1, is_set, 4, 4, 148, 147, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 132, 132, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 133, 135, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 136, 136, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 137, 137, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 138, 139, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 140, 140, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 141, 141, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 142, 142, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 143, 143, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 144, 146, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 147, 147, 0.0_dp), &
+      atom_t(0, is_present, 3, 0, 148, 147, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 148, 147, 0.0_dp, a_body_of_it), &
+      atom_t(0, is_present, 4, 0, 148, 147, 0.0_dp), &
+      atom_t(1, is_set, 4, 1, 148, 147, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 8, 148, 147, 1.0_dp), &
+      atom_t(0, is_set, 4, 1, 148, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 148, 147, 1.0_dp), &
+      atom_t(0, is_set, 4, 10, 148, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 148, 147, 1.0_dp), &
+      atom_t(0, is_set, 4, 11, 148, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 148, 147, 1.0_dp), &
+      atom_t(0, is_set, 4, 12, 148, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 148, 147, 1.0_dp), &
+      atom_t(0, is_set, 4, 20, 148, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 148, 147, 1.0_dp), &
+      atom_t(0, is_set, 4, 14, 148, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 148, 147, 1.0_dp), &
+      atom_t(0, is_set, 4, 16, 148, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 148, 147, 1.0_dp), &
+      atom_t(0, is_set, 4, 15, 148, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 148, 147, 1.0_dp), &
+      atom_t(0, is_set, 4, 17, 148, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 148, 147, 1.0_dp), &
+      atom_t(0, is_set, 4, 18, 148, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 148, 147, 1.0_dp), &
+      atom_t(0, is_set, 4, 19, 148, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 148, 147, 1.0_dp), &
+      atom_t(0, is_set, 4, 9, 148, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 148, 147, 1.0_dp), &
       atom_t(0, is_one_of, 4, 2, 148, 148, 0.0_dp), &
-      atom_t(1, is_set, 4, 5, 149, 148, 0.0_dp), &
+      atom_t(1, is_set, 4, 3, 149, 148, 0.0_dp), &
+      atom_t(1, is_set, 4, 4, 149, 148, 0.0_dp), &
       atom_t(0, is_one_of, 4, 2, 149, 149, 0.0_dp), &
-      atom_t(1, is_set, 4, 6, 150, 149, 0.0_dp), &
-      atom_t(1, is_above, 4, 7, 150, 149, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 150, 151, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 152, 151, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 4, 2, 152, 152, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 153, 153, 0.0_dp), &
-      atom_t(1, is_set, 4, 3, 154, 153, 0.0_dp), &
-      atom_t(1, is_set, 4, 4, 154, 153, 0.0_dp), &
-      atom_t(1, is_above, 4, 7, 154, 153, 0.0_dp), &
+      atom_t(1, is_set, 4, 5, 150, 149, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 150, 150, 0.0_dp), &
+      atom_t(1, is_set, 4, 6, 151, 150, 0.0_dp), &
+      atom_t(1, is_above, 4, 7, 151, 150, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 151, 152, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 153, 152, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 4, 2, 153, 153, 0.0_dp), &
       atom_t(0, is_one_of, 4, 2, 154, 154, 0.0_dp), &
-      atom_t(1, is_set, 4, 6, 155, 154, 0.0_dp), &
+      atom_t(1, is_set, 4, 3, 155, 154, 0.0_dp), &
+      atom_t(1, is_set, 4, 4, 155, 154, 0.0_dp), &
       atom_t(1, is_above, 4, 7, 155, 154, 0.0_dp), &
-      atom_t(0, is_set, 4, 3, 155, 154, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 2, 155, 155, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 156, 156, 0.0_dp), &
-      atom_t(0, is_set, 4, 4, 157, 156, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 2, 157, 157, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 158, 158, 0.0_dp), &
-      atom_t(0, is_set, 4, 5, 159, 158, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 2, 159, 159, 0.0_dp), &
-      atom_t(0, is_set, 4, 6, 160, 159, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 155, 155, 0.0_dp), &
+      atom_t(1, is_set, 4, 6, 156, 155, 0.0_dp), &
+      atom_t(1, is_above, 4, 7, 156, 155, 0.0_dp), &
+      atom_t(0, is_set, 4, 3, 156, 155, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 156, 156, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 157, 157, 0.0_dp), &
+      atom_t(0, is_set, 4, 4, 158, 157, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 158, 158, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 159, 159, 0.0_dp), &
+      atom_t(0, is_set, 4, 5, 160, 159, 0.0_dp), &
       atom_t(1, is_one_of, 4, 2, 160, 160, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 161, 161, 0.0_dp), &
-      atom_t(0, is_set, 4, 7, 162, 161, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 2, 162, 162, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 163, 163, 0.0_dp), &
-      atom_t(3, is_one_of, 4, 2, 164, 164, 0.0_dp), &
-      atom_t(0, is_set, 4, 20, 165, 164, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 165, 167, 0.0_dp), &
-      atom_t(0, is_set, 4, 20, 168, 167, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 168, 167, 0.0_dp, another_body_of_that_group), &
-      atom_t(0, is_below, 4, 9, 168, 167, 3.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 168, 167, 2.0_dp), &
-      atom_t(1, is_one_of, 4, 9, 168, 167, 3.0_dp), &
-      atom_t(0, is_set, 4, 10, 168, 167, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 168, 168, 0.0_dp), &
-      atom_t(0, is_set, 4, 11, 169, 168, 0.0_dp), &
+      atom_t(0, is_set, 4, 6, 161, 160, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 161, 161, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 162, 162, 0.0_dp), &
+      atom_t(0, is_set, 4, 7, 163, 162, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 163, 163, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 164, 164, 0.0_dp), &
+      atom_t(3, is_one_of, 4, 2, 165, 165, 0.0_dp), &
+      atom_t(0, is_set, 4, 20, 166, 165, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 166, 168, 0.0_dp), &
+      atom_t(0, is_set, 4, 20, 169, 168, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 169, 168, 0.0_dp, another_body_of_that_group), &
+      atom_t(0, is_below, 4, 9, 169, 168, 3.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 169, 168, 2.0_dp), &
+      atom_t(1, is_one_of, 4, 9, 169, 168, 3.0_dp), &
+      atom_t(0, is_set, 4, 10, 169, 168, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 169, 169, 0.0_dp), &
       atom_t(0, is_set, 4, 11, 170, 169, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 170, 170, 0.0_dp), &
-      atom_t(0, is_set, 4, 12, 171, 170, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 171, 170, 0.0_dp, a_shear_of_the_eigenstrain), &
-      atom_t(1, is_one_of, 11, 1, 171, 171, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 170, 170, 0.0_dp), &
+      atom_t(0, is_set, 4, 11, 171, 170, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 4, 171, 171, 0.0_dp), &
       atom_t(0, is_set, 4, 12, 172, 171, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 172, 172, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 13, 173, 172, 0.0_dp), &
-      atom_t(1, is_set, 4, 12, 173, 172, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 13, 173, 172, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 173, 173, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 172, 171, 0.0_dp, a_shear_of_the_eigenstrain), &
+      atom_t(1, is_one_of, 11, 1, 172, 172, 0.0_dp), &
+      atom_t(0, is_set, 4, 12, 173, 172, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 173, 173, 0.0_dp), &
       atom_t(0, is_one_of, 4, 13, 174, 173, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 174, 173, 0.0_dp), &
-      atom_t(0, is_set, 4, 17, 174, 173, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 174, 173, 0.0_dp), &
-      atom_t(0, is_set, 4, 18, 174, 173, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 174, 173, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 174, 173, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 174, 173, 0.0_dp), &
-      atom_t(0, is_set, 4, 16, 174, 173, 0.0_dp), &
-      atom_t(1, is_set, 4, 17, 174, 173, 0.0_dp), &
-      atom_t(2, is_set, 4, 18, 174, 173, 0.0_dp), &
-      atom_t(3, is_set, 4, 19, 174, 173, 0.0_dp), &
-      atom_t(0, is_set, 4, 15, 174, 173, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 174, 173, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 174, 173, 0.0_dp), &
       atom_t(1, is_set, 4, 12, 174, 173, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 174, 173, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 174, 174, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 13, 174, 173, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 174, 174, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 13, 175, 174, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 175, 174, 0.0_dp), &
+      atom_t(0, is_set, 4, 17, 175, 174, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 175, 174, 0.0_dp), &
+      atom_t(0, is_set, 4, 18, 175, 174, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 175, 174, 0.0_dp), &
       atom_t(0, is_set, 4, 19, 175, 174, 0.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 175, 175, 0.0_dp), &
-      atom_t(0, is_set, 4, 16, 176, 175, 0.0_dp), &
-      atom_t(1, is_set, 17, 5, 176, 175, 0.0_dp), &
-      atom_t(0, is_set, 4, 16, 176, 175, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 176, 176, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 177, 176, 0.0_dp)]
+      atom_t(1, is_set, 4, 16, 175, 174, 0.0_dp), &
+      atom_t(0, is_set, 4, 16, 175, 174, 0.0_dp), &
+      atom_t(1, is_set, 4, 17, 175, 174, 0.0_dp), &
+      atom_t(2, is_set, 4, 18, 175, 174, 0.0_dp), &
+      atom_t(3, is_set, 4, 19, 175, 174, 0.0_dp), &
+      atom_t(0, is_set, 4, 15, 175, 174, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 175, 174, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 175, 174, 0.0_dp), &
+      atom_t(1, is_set, 4, 12, 175, 174, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 175, 174, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 175, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 176, 175, 0.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 176, 176, 0.0_dp), &
+      atom_t(0, is_set, 4, 16, 177, 176, 0.0_dp), &
+      atom_t(1, is_set, 17, 5, 177, 176, 0.0_dp), &
+      atom_t(0, is_set, 4, 16, 177, 176, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 177, 177, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 178, 177, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_4(*) = [ &
-      atom_t(1, is_one_of, 4, 13, 177, 176, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 13, 177, 176, 1.0_dp), &
-      atom_t(0, is_set, 4, 12, 177, 176, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 177, 176, 0.0_dp, a_fourth_value_of_the_eigenstrain), &
-      atom_t(1, is_one_of, 1, 2, 177, 177, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 178, 177, 0.0_dp, a_plane), &
-      atom_t(0, is_set, 5, 8, 178, 177, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 6, 178, 179, 0.0_dp), &
-      atom_t(0, is_set, 5, 9, 180, 179, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 6, 180, 180, 0.0_dp), &
-      atom_t(0, is_set, 5, 10, 181, 180, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 13, 178, 177, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 13, 178, 177, 1.0_dp), &
+      atom_t(0, is_set, 4, 12, 178, 177, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 178, 177, 0.0_dp, a_fourth_value_of_the_eigenstrain), &
+      atom_t(1, is_one_of, 1, 2, 178, 178, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 179, 178, 0.0_dp, a_plane), &
+      atom_t(0, is_set, 5, 8, 179, 178, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 6, 179, 180, 0.0_dp), &
+      atom_t(0, is_set, 5, 9, 181, 180, 0.0_dp), &
       atom_t(1, is_one_of, 5, 6, 181, 181, 0.0_dp), &
-      atom_t(0, is_set, 5, 11, 182, 181, 0.0_dp), &
+      atom_t(0, is_set, 5, 10, 182, 181, 0.0_dp), &
       atom_t(1, is_one_of, 5, 6, 182, 182, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 183, 184, 0.0_dp), &
-      atom_t(1, is_above, 5, 8, 185, 184, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 185, 185, 0.0_dp), &
-      atom_t(1, is_above, 5, 9, 186, 185, 0.0_dp), &
+      atom_t(0, is_set, 5, 11, 183, 182, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 6, 183, 183, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 184, 185, 0.0_dp), &
+      atom_t(1, is_above, 5, 8, 186, 185, 0.0_dp), &
       atom_t(0, is_one_of, 5, 6, 186, 186, 0.0_dp), &
-      atom_t(1, is_set, 5, 10, 187, 186, 0.0_dp), &
-      atom_t(1, is_set, 5, 11, 187, 186, 0.0_dp), &
-      atom_t(0, is_set, 6, 13, 187, 186, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 187, 188, 0.0_dp), &
-      atom_t(0, is_set, 6, 14, 189, 188, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 189, 189, 0.0_dp), &
-      atom_t(0, is_set, 6, 15, 190, 189, 0.0_dp), &
+      atom_t(1, is_above, 5, 9, 187, 186, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 187, 187, 0.0_dp), &
+      atom_t(1, is_set, 5, 10, 188, 187, 0.0_dp), &
+      atom_t(1, is_set, 5, 11, 188, 187, 0.0_dp), &
+      atom_t(0, is_set, 6, 13, 188, 187, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 188, 189, 0.0_dp), &
+      atom_t(0, is_set, 6, 14, 190, 189, 0.0_dp), &
       atom_t(1, is_one_of, 6, 11, 190, 190, 0.0_dp), &
-      atom_t(0, is_set, 6, 16, 191, 190, 0.0_dp), &
+      atom_t(0, is_set, 6, 15, 191, 190, 0.0_dp), &
       atom_t(1, is_one_of, 6, 11, 191, 191, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 192, 193, 0.0_dp), &
-      atom_t(1, is_above, 6, 13, 194, 193, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 194, 194, 0.0_dp), &
-      atom_t(1, is_above, 6, 14, 195, 194, 0.0_dp), &
+      atom_t(0, is_set, 6, 16, 192, 191, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 192, 192, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 193, 194, 0.0_dp), &
+      atom_t(1, is_above, 6, 13, 195, 194, 0.0_dp), &
       atom_t(0, is_one_of, 6, 11, 195, 195, 0.0_dp), &
-      atom_t(1, is_set, 6, 15, 196, 195, 0.0_dp), &
-      atom_t(1, is_set, 6, 16, 196, 195, 0.0_dp), &
-      atom_t(0, is_set, 15, 6, 196, 195, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 4, 196, 197, 0.0_dp), &
-      atom_t(0, is_set, 15, 7, 198, 197, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 4, 198, 198, 0.0_dp), &
-      atom_t(0, is_set, 15, 8, 199, 198, 0.0_dp), &
+      atom_t(1, is_above, 6, 14, 196, 195, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 196, 196, 0.0_dp), &
+      atom_t(1, is_set, 6, 15, 197, 196, 0.0_dp), &
+      atom_t(1, is_set, 6, 16, 197, 196, 0.0_dp), &
+      atom_t(0, is_set, 15, 6, 197, 196, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 4, 197, 198, 0.0_dp), &
+      atom_t(0, is_set, 15, 7, 199, 198, 0.0_dp), &
       atom_t(1, is_one_of, 15, 4, 199, 199, 0.0_dp), &
-      atom_t(0, is_set, 15, 9, 200, 199, 0.0_dp), &
+      atom_t(0, is_set, 15, 8, 200, 199, 0.0_dp), &
       atom_t(1, is_one_of, 15, 4, 200, 200, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 4, 201, 202, 0.0_dp), &
-      atom_t(1, is_above, 15, 6, 203, 202, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 4, 203, 203, 0.0_dp), &
-      atom_t(1, is_above, 15, 7, 204, 203, 0.0_dp), &
+      atom_t(0, is_set, 15, 9, 201, 200, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 4, 201, 201, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 4, 202, 203, 0.0_dp), &
+      atom_t(1, is_above, 15, 6, 204, 203, 0.0_dp), &
       atom_t(0, is_one_of, 15, 4, 204, 204, 0.0_dp), &
-      atom_t(1, is_set, 15, 8, 205, 204, 0.0_dp), &
-      atom_t(1, is_set, 15, 9, 205, 204, 0.0_dp), &
-      atom_t(0, is_set, 5, 6, 205, 204, 0.0_dp), &
-      atom_t(1, is_set, 5, 4, 205, 204, 0.0_dp), &
-      atom_t(2, is_set, 5, 5, 205, 204, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 205, 204, 0.0_dp), &
-      atom_t(1, is_set, 5, 4, 205, 204, 0.0_dp), &
-      atom_t(2, is_set, 5, 5, 205, 204, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 205, 204, 0.0_dp), &
-      atom_t(1, is_set, 5, 4, 205, 204, 0.0_dp), &
-      atom_t(2, is_set, 5, 5, 205, 204, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 205, 204, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 205, 205, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 206, 207, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 208, 208, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 209, 208, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 209, 209, 0.0_dp), &
-      atom_t(0, is_above, 5, 7, 210, 209, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 210, 211, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 212, 212, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 14, 213, 212, 1.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 213, 213, 0.0_dp), &
+      atom_t(1, is_above, 15, 7, 205, 204, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 4, 205, 205, 0.0_dp), &
+      atom_t(1, is_set, 15, 8, 206, 205, 0.0_dp), &
+      atom_t(1, is_set, 15, 9, 206, 205, 0.0_dp), &
+      atom_t(0, is_set, 5, 6, 206, 205, 0.0_dp), &
+      atom_t(1, is_set, 5, 4, 206, 205, 0.0_dp), &
+      atom_t(2, is_set, 5, 5, 206, 205, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 206, 205, 0.0_dp), &
+      atom_t(1, is_set, 5, 4, 206, 205, 0.0_dp), &
+      atom_t(2, is_set, 5, 5, 206, 205, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 206, 205, 0.0_dp), &
+      atom_t(1, is_set, 5, 4, 206, 205, 0.0_dp), &
+      atom_t(2, is_set, 5, 5, 206, 205, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 206, 205, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 206, 206, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 207, 208, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 4, 209, 209, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 210, 209, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 210, 210, 0.0_dp), &
+      atom_t(0, is_above, 5, 7, 211, 210, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 211, 212, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 4, 213, 213, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 14, 214, 213, 1.0_dp), &
       atom_t(1, is_one_of, 9, 1, 214, 214, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 215, 214, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 215, 214, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 215, 214, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 215, 214, 1.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 215, 215, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 215, 215, 0.0_dp), &
       atom_t(0, is_one_of, 5, 15, 216, 215, 1.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 216, 218, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 219, 218, 1.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 219, 219, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 220, 221, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 222, 221, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 222, 221, 0.0_dp), &
-      atom_t(1, is_set, 6, 5, 222, 221, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 222, 222, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 216, 215, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 216, 215, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 216, 215, 1.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 216, 216, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 217, 216, 1.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 217, 219, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 220, 219, 1.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 220, 220, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 221, 222, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 223, 222, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 223, 222, 0.0_dp), &
       atom_t(1, is_set, 6, 5, 223, 222, 0.0_dp), &
       atom_t(0, is_one_of, 6, 1, 223, 223, 0.0_dp), &
-      atom_t(1, is_set, 6, 6, 224, 223, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 224, 225, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 226, 225, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 226, 225, 0.0_dp), &
-      atom_t(2, is_set, 6, 4, 226, 225, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 226, 226, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 227, 227, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 228, 227, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 228, 227, 0.0_dp), &
-      atom_t(2, is_set, 6, 4, 228, 227, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 228, 227, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 228, 227, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 228, 227, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 228, 227, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 228, 227, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 228, 227, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 228, 227, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 228, 230, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 231, 230, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 231, 231, 0.0_dp), &
+      atom_t(1, is_set, 6, 5, 224, 223, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 224, 224, 0.0_dp), &
+      atom_t(1, is_set, 6, 6, 225, 224, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 225, 226, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 227, 226, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 227, 226, 0.0_dp), &
+      atom_t(2, is_set, 6, 4, 227, 226, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 227, 227, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 228, 228, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 229, 228, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 229, 228, 0.0_dp), &
+      atom_t(2, is_set, 6, 4, 229, 228, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 229, 228, 0.0_dp), &
+      atom_t(0, is_set, 6, 2, 229, 228, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 229, 228, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 229, 228, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 229, 228, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 229, 228, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 229, 228, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 229, 231, 0.0_dp), &
       atom_t(0, is_set, 6, 4, 232, 231, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 232, 233, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 234, 233, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 234, 233, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 6, 1, 234, 234, 0.0_dp), &
-      atom_t(1, is_set, 6, 9, 235, 234, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 235, 234, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 235, 235, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 232, 232, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 233, 232, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 233, 234, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 235, 234, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 235, 234, 0.0_dp, a_solid), &
+      atom_t(0, is_one_of, 6, 1, 235, 235, 0.0_dp), &
+      atom_t(1, is_set, 6, 9, 236, 235, 0.0_dp), &
       atom_t(0, is_set, 6, 2, 236, 235, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 236, 236, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 237, 237, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 238, 237, 0.0_dp)]
+      atom_t(0, is_set, 6, 2, 237, 236, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 237, 237, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 238, 238, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 239, 238, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_5(*) = [ &
-      atom_t(1, is_one_of, 6, 1, 238, 238, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 239, 238, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 239, 239, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 240, 240, 0.0_dp), &
-      atom_t(0, is_set, 6, 5, 241, 240, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 241, 243, 0.0_dp), &
-      atom_t(0, is_set, 6, 11, 244, 243, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 244, 244, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 245, 244, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 240, 239, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 240, 240, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 241, 241, 0.0_dp), &
+      atom_t(0, is_set, 6, 5, 242, 241, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 242, 244, 0.0_dp), &
+      atom_t(0, is_set, 6, 11, 245, 244, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 245, 245, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 246, 246, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 247, 247, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 248, 248, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 249, 249, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 246, 245, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 246, 246, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 247, 247, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 248, 248, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 249, 249, 0.0_dp), &
       atom_t(1, is_one_of, 9, 8, 250, 250, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 251, 251, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 252, 251, 2.0_dp), &
-      atom_t(1, is_named, 0, 0, 252, 251, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 2, 4, 252, 251, 1.0_dp), &
-      atom_t(0, is_set, 6, 6, 252, 251, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 252, 252, 0.0_dp), &
-      atom_t(0, is_set, 6, 9, 253, 252, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 251, 251, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 252, 252, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 253, 252, 2.0_dp), &
+      atom_t(1, is_named, 0, 0, 253, 252, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 2, 4, 253, 252, 1.0_dp), &
+      atom_t(0, is_set, 6, 6, 253, 252, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 253, 253, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 254, 254, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 255, 255, 0.0_dp), &
-      atom_t(0, is_set, 6, 8, 256, 255, 0.0_dp), &
+      atom_t(0, is_set, 6, 9, 254, 253, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 254, 254, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 255, 255, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 256, 256, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 257, 257, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 10, 258, 259, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 260, 262, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 263, 263, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 264, 263, 0.0_dp), &
-      atom_t(0, is_set, 6, 8, 264, 263, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 264, 266, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 267, 267, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 268, 267, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 6, 8, 268, 267, 0.0_dp), &
+      atom_t(0, is_set, 6, 8, 257, 256, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 257, 257, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 258, 258, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 10, 259, 260, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 261, 263, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 264, 264, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 265, 264, 0.0_dp), &
+      atom_t(0, is_set, 6, 8, 265, 264, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 265, 267, 0.0_dp), &
       atom_t(0, is_one_of, 6, 7, 268, 268, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 269, 268, 0.0_dp, a_pressed_path_that_grows_in_motion), &
-      atom_t(0, is_below, 6, 12, 269, 268, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 269, 269, 0.0_dp), &
-      atom_t(0, is_one_of, 8, 1, 270, 270, 0.0_dp), &
-      atom_t(1, is_above, 8, 2, 271, 270, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 271, 271, 0.0_dp), &
-      atom_t(0, is_set, 8, 2, 272, 271, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 269, 268, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 6, 8, 269, 268, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 269, 269, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 270, 269, 0.0_dp, a_pressed_path_that_grows_in_motion), &
+      atom_t(0, is_below, 6, 12, 270, 269, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 270, 270, 0.0_dp), &
+      atom_t(0, is_one_of, 8, 1, 271, 271, 0.0_dp), &
+      atom_t(1, is_above, 8, 2, 272, 271, 0.0_dp), &
       atom_t(1, is_one_of, 8, 1, 272, 272, 0.0_dp), &
-      atom_t(0, is_set, 8, 3, 273, 272, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 273, 275, 0.0_dp), &
-      atom_t(0, is_one_of, 8, 1, 276, 278, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 279, 278, 2.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 279, 278, 1.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 279, 280, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 281, 283, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 284, 284, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 285, 285, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 286, 288, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 289, 289, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 290, 290, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 291, 291, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 292, 292, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 293, 293, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 294, 294, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 295, 295, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 296, 296, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 297, 296, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 297, 297, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 298, 298, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 299, 299, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 300, 300, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 301, 301, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 302, 302, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 303, 303, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 304, 304, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 305, 306, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 307, 307, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 308, 308, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 309, 309, 0.0_dp), &
+      atom_t(0, is_set, 8, 2, 273, 272, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 273, 273, 0.0_dp), &
+      atom_t(0, is_set, 8, 3, 274, 273, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 274, 276, 0.0_dp), &
+      atom_t(0, is_one_of, 8, 1, 277, 279, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 280, 279, 2.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 280, 279, 1.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 280, 281, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 282, 284, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 285, 285, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 286, 286, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 287, 289, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 290, 290, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 291, 291, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 292, 292, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 293, 293, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 294, 294, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 295, 295, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 296, 296, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 297, 297, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 298, 297, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 298, 298, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 10, 299, 299, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 300, 300, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 301, 301, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 302, 302, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 303, 303, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 304, 304, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 305, 305, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 306, 307, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 308, 308, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 309, 309, 0.0_dp), &
       atom_t(1, is_one_of, 9, 11, 310, 310, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 311, 311, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 312, 315, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 316, 316, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 317, 317, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 318, 318, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 311, 311, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 312, 312, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 313, 316, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 317, 317, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 318, 318, 0.0_dp), &
       atom_t(1, is_one_of, 3, 6, 319, 319, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 320, 319, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 320, 320, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 320, 320, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 321, 320, 0.0_dp), &
       atom_t(1, is_one_of, 9, 8, 321, 321, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 322, 321, 0.0_dp), &
       atom_t(1, is_one_of, 9, 8, 322, 322, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 323, 322, 0.0_dp), &
       atom_t(1, is_one_of, 9, 8, 323, 323, 0.0_dp), &
-      atom_t(0, is_set, 5, 15, 324, 323, 0.0_dp), &
       atom_t(1, is_one_of, 9, 8, 324, 324, 0.0_dp), &
+      atom_t(0, is_set, 5, 15, 325, 324, 0.0_dp), &
       atom_t(1, is_one_of, 9, 8, 325, 325, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 326, 326, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 327, 329, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 330, 330, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 331, 331, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 332, 333, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 334, 334, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 335, 335, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 336, 335, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 8, 326, 326, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 327, 327, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 328, 330, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 331, 331, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 332, 332, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 333, 334, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 335, 335, 0.0_dp), &
       atom_t(0, is_one_of, 9, 8, 336, 336, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 2, 337, 336, 1.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 337, 337, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 338, 338, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 339, 339, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 340, 343, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 344, 343, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 344, 345, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 346, 345, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 12, 346, 346, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 18, 347, 347, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 348, 347, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(1, is_named, 0, 0, 348, 347, 0.0_dp, quadratic_cells_at_an_axis), &
-      atom_t(1, is_one_of, 9, 18, 348, 348, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 18, 349, 349, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 350, 349, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 350, 351, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 352, 351, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 18, 352, 352, 0.0_dp)]
+      atom_t(1, is_present, 13, 0, 337, 336, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 8, 337, 337, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 2, 338, 337, 1.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 338, 338, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 339, 339, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 340, 340, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 341, 344, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 345, 344, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 345, 346, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 347, 346, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 12, 347, 347, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 18, 348, 348, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 349, 348, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(1, is_named, 0, 0, 349, 348, 0.0_dp, quadratic_cells_at_an_axis), &
+      atom_t(1, is_one_of, 9, 18, 349, 349, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 18, 350, 350, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 351, 350, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 351, 352, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 353, 352, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 18, 353, 353, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_6(*) = [ &
-      atom_t(0, is_set, 9, 2, 353, 352, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 353, 353, 0.0_dp), &
-      atom_t(0, is_set, 9, 3, 354, 353, 0.0_dp), &
+      atom_t(0, is_set, 9, 2, 354, 353, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 354, 354, 0.0_dp), &
-      atom_t(0, is_above, 9, 2, 355, 354, 0.0_dp), &
+      atom_t(0, is_set, 9, 3, 355, 354, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 355, 355, 0.0_dp), &
-      atom_t(1, is_above, 9, 7, 356, 355, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 15, 356, 356, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 357, 357, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 358, 358, 0.0_dp), &
-      atom_t(0, is_above, 9, 7, 359, 358, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 359, 359, 0.0_dp), &
-      atom_t(0, is_set, 9, 6, 360, 359, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 360, 361, 0.0_dp), &
-      atom_t(0, is_set, 9, 12, 362, 361, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 362, 361, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 9, 362, 361, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 362, 362, 0.0_dp), &
+      atom_t(0, is_above, 9, 2, 356, 355, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 356, 356, 0.0_dp), &
+      atom_t(1, is_above, 9, 7, 357, 356, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 15, 357, 357, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 358, 358, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 359, 359, 0.0_dp), &
+      atom_t(0, is_above, 9, 7, 360, 359, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 360, 360, 0.0_dp), &
+      atom_t(0, is_set, 9, 6, 361, 360, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 361, 362, 0.0_dp), &
+      atom_t(0, is_set, 9, 12, 363, 362, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 363, 362, 0.0_dp, a_mass_matrix_that_acts), &
       atom_t(0, is_set, 9, 9, 363, 362, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 363, 364, 0.0_dp), &
-      atom_t(1, is_set, 9, 7, 365, 364, 0.0_dp), &
-      atom_t(2, is_one_of, 9, 10, 365, 365, 0.0_dp), &
-      atom_t(0, is_set, 9, 5, 366, 365, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 366, 366, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 4, 367, 367, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 368, 370, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 371, 371, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 4, 372, 372, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 373, 373, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 374, 374, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 375, 375, 0.0_dp), &
-      atom_t(0, is_set, 9, 4, 376, 375, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 376, 376, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 363, 363, 0.0_dp), &
+      atom_t(0, is_set, 9, 9, 364, 363, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 364, 365, 0.0_dp), &
+      atom_t(1, is_set, 9, 7, 366, 365, 0.0_dp), &
+      atom_t(2, is_one_of, 9, 10, 366, 366, 0.0_dp), &
+      atom_t(0, is_set, 9, 5, 367, 366, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 367, 367, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 4, 368, 368, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 369, 371, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 4, 372, 372, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 4, 373, 373, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 374, 374, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 375, 375, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 376, 376, 0.0_dp), &
       atom_t(0, is_set, 9, 4, 377, 376, 0.0_dp), &
-      atom_t(1, is_present, 6, 0, 377, 376, 0.0_dp), &
-      atom_t(2, is_set, 5, 4, 377, 376, 0.0_dp), &
-      atom_t(3, is_set, 4, 12, 377, 376, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 377, 377, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 377, 377, 0.0_dp), &
+      atom_t(0, is_set, 9, 4, 378, 377, 0.0_dp), &
       atom_t(1, is_present, 6, 0, 378, 377, 0.0_dp), &
       atom_t(2, is_set, 5, 4, 378, 377, 0.0_dp), &
-      atom_t(3, is_set, 5, 5, 378, 377, 0.0_dp), &
-      atom_t(4, is_set, 4, 12, 378, 377, 0.0_dp), &
-      atom_t(0, is_set, 9, 13, 378, 377, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 378, 378, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 379, 378, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 14, 379, 378, 0.0_dp), &
+      atom_t(3, is_set, 4, 12, 378, 377, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 378, 378, 0.0_dp), &
+      atom_t(1, is_present, 6, 0, 379, 378, 0.0_dp), &
+      atom_t(2, is_set, 5, 4, 379, 378, 0.0_dp), &
+      atom_t(3, is_set, 5, 5, 379, 378, 0.0_dp), &
+      atom_t(4, is_set, 4, 12, 379, 378, 0.0_dp), &
+      atom_t(0, is_set, 9, 13, 379, 378, 0.0_dp), &
       atom_t(1, is_one_of, 9, 12, 379, 379, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 380, 379, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 15, 380, 379, 0.0_dp), &
+      atom_t(0, is_set, 9, 14, 380, 379, 0.0_dp), &
       atom_t(1, is_one_of, 9, 12, 380, 380, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 381, 380, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 16, 381, 380, 0.0_dp), &
+      atom_t(0, is_set, 9, 15, 381, 380, 0.0_dp), &
       atom_t(1, is_one_of, 9, 12, 381, 381, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 382, 381, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 17, 382, 381, 0.0_dp), &
+      atom_t(0, is_set, 9, 16, 382, 381, 0.0_dp), &
       atom_t(1, is_one_of, 9, 12, 382, 382, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 383, 382, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 16, 383, 382, 0.0_dp), &
+      atom_t(0, is_set, 9, 17, 383, 382, 0.0_dp), &
       atom_t(1, is_one_of, 9, 12, 383, 383, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 15, 384, 384, 0.0_dp), &
-      atom_t(0, is_set, 9, 17, 385, 384, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 385, 385, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 15, 386, 386, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 18, 387, 387, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 388, 388, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 389, 390, 0.0_dp), &
-      atom_t(0, is_set, 7, 1, 391, 390, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 391, 391, 0.0_dp), &
-      atom_t(0, is_set, 19, 2, 392, 391, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 392, 391, 0.0_dp, samples_apart_from_load_steps), &
-      atom_t(0, is_one_of, 9, 6, 392, 392, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 393, 393, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 6, 394, 394, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 6, 395, 395, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 396, 396, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 6, 397, 397, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 398, 398, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 399, 399, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 400, 400, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 401, 401, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 402, 401, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 384, 383, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 16, 384, 383, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 384, 384, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 15, 385, 385, 0.0_dp), &
+      atom_t(0, is_set, 9, 17, 386, 385, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 386, 386, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 15, 387, 387, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 18, 388, 388, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 389, 389, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 390, 391, 0.0_dp), &
+      atom_t(0, is_set, 7, 1, 392, 391, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 392, 392, 0.0_dp), &
+      atom_t(0, is_set, 19, 2, 393, 392, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 393, 392, 0.0_dp, samples_apart_from_load_steps), &
+      atom_t(0, is_one_of, 9, 6, 393, 393, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 394, 394, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 6, 395, 395, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 6, 396, 396, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 397, 397, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 6, 398, 398, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 399, 399, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 400, 400, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 401, 401, 0.0_dp), &
       atom_t(0, is_one_of, 10, 1, 402, 402, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 403, 405, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 406, 406, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 407, 407, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 408, 407, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 408, 409, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 410, 409, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 10, 1, 410, 410, 0.0_dp), &
-      atom_t(0, is_set, 10, 8, 411, 410, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 403, 402, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 403, 403, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 404, 406, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 407, 407, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 408, 408, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 409, 408, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 409, 410, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 411, 410, 0.0_dp, cells_that_are_cut), &
       atom_t(1, is_one_of, 10, 1, 411, 411, 0.0_dp), &
-      atom_t(0, is_set, 10, 9, 412, 411, 0.0_dp), &
+      atom_t(0, is_set, 10, 8, 412, 411, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 412, 412, 0.0_dp), &
-      atom_t(0, is_set, 10, 10, 413, 412, 0.0_dp), &
+      atom_t(0, is_set, 10, 9, 413, 412, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 413, 413, 0.0_dp), &
-      atom_t(0, is_set, 10, 13, 414, 413, 0.0_dp), &
+      atom_t(0, is_set, 10, 10, 414, 413, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 414, 414, 0.0_dp), &
-      atom_t(0, is_set, 10, 2, 415, 414, 0.0_dp), &
+      atom_t(0, is_set, 10, 13, 415, 414, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 415, 415, 0.0_dp), &
-      atom_t(0, is_set, 10, 3, 416, 415, 0.0_dp), &
+      atom_t(0, is_set, 10, 2, 416, 415, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 416, 416, 0.0_dp), &
-      atom_t(0, is_set, 10, 4, 417, 416, 0.0_dp), &
+      atom_t(0, is_set, 10, 3, 417, 416, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 417, 417, 0.0_dp), &
-      atom_t(0, is_set, 10, 5, 418, 417, 0.0_dp), &
+      atom_t(0, is_set, 10, 4, 418, 417, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 418, 418, 0.0_dp), &
-      atom_t(0, is_set, 10, 6, 419, 418, 0.0_dp), &
+      atom_t(0, is_set, 10, 5, 419, 418, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 419, 419, 0.0_dp), &
-      atom_t(0, is_set, 10, 7, 420, 419, 0.0_dp), &
+      atom_t(0, is_set, 10, 6, 420, 419, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 420, 420, 0.0_dp), &
-      atom_t(0, is_set, 10, 11, 421, 420, 0.0_dp), &
+      atom_t(0, is_set, 10, 7, 421, 420, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 421, 421, 0.0_dp), &
       atom_t(0, is_set, 10, 11, 422, 421, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 422, 422, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 423, 423, 0.0_dp), &
-      atom_t(0, is_set, 10, 12, 424, 423, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 422, 422, 0.0_dp), &
+      atom_t(0, is_set, 10, 11, 423, 422, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 423, 423, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 424, 424, 0.0_dp), &
       atom_t(0, is_set, 10, 12, 425, 424, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 425, 425, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 426, 426, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 427, 429, 0.0_dp)]
+      atom_t(1, is_one_of, 10, 1, 425, 425, 0.0_dp), &
+      atom_t(0, is_set, 10, 12, 426, 425, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 426, 426, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 427, 427, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 428, 430, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_7(*) = [ &
-      atom_t(0, is_one_of, 11, 5, 430, 430, 0.0_dp), &
-      atom_t(1, is_set, 11, 2, 431, 430, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 431, 432, 0.0_dp), &
-      atom_t(1, is_set, 11, 6, 433, 432, 0.0_dp), &
-      atom_t(1, is_set, 11, 7, 433, 432, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 433, 433, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 434, 433, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 434, 433, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 434, 434, 0.0_dp), &
-      atom_t(0, is_set, 11, 6, 435, 434, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 435, 436, 0.0_dp), &
-      atom_t(0, is_set, 11, 7, 437, 436, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 437, 438, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 439, 438, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 439, 441, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 442, 442, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 443, 442, 0.0_dp), &
-      atom_t(0, is_set, 11, 11, 443, 442, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 443, 443, 0.0_dp), &
-      atom_t(2, is_one_of, 11, 5, 444, 444, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 445, 444, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 445, 445, 0.0_dp), &
-      atom_t(0, is_set, 11, 12, 446, 445, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 431, 431, 0.0_dp), &
+      atom_t(1, is_set, 11, 2, 432, 431, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 432, 433, 0.0_dp), &
+      atom_t(1, is_set, 11, 6, 434, 433, 0.0_dp), &
+      atom_t(1, is_set, 11, 7, 434, 433, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 434, 434, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 435, 434, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 435, 434, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 435, 435, 0.0_dp), &
+      atom_t(0, is_set, 11, 6, 436, 435, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 436, 437, 0.0_dp), &
+      atom_t(0, is_set, 11, 7, 438, 437, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 438, 439, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 440, 439, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 440, 442, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 443, 443, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 444, 443, 0.0_dp), &
+      atom_t(0, is_set, 11, 11, 444, 443, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 444, 444, 0.0_dp), &
+      atom_t(2, is_one_of, 11, 5, 445, 445, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 446, 445, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 446, 446, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 447, 446, 0.0_dp), &
+      atom_t(0, is_set, 11, 12, 447, 446, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 447, 447, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 448, 448, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 449, 448, 0.0_dp, several_cracks), &
+      atom_t(0, is_set, 11, 3, 448, 447, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 448, 448, 0.0_dp), &
       atom_t(0, is_one_of, 11, 1, 449, 449, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 450, 449, 0.0_dp, edges_that_are_no_grid_lines), &
-      atom_t(0, is_set, 11, 8, 450, 449, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 450, 451, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 452, 452, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 453, 454, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 455, 457, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 458, 458, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 459, 458, 0.0_dp, cohesion_all_along_it), &
+      atom_t(1, is_named, 0, 0, 450, 449, 0.0_dp, several_cracks), &
+      atom_t(0, is_one_of, 11, 1, 450, 450, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 451, 450, 0.0_dp, edges_that_are_no_grid_lines), &
+      atom_t(0, is_set, 11, 8, 451, 450, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 451, 452, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 453, 453, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 454, 455, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 456, 458, 0.0_dp), &
       atom_t(0, is_one_of, 11, 9, 459, 459, 0.0_dp), &
-      atom_t(1, is_above, 11, 10, 460, 459, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 460, 460, 0.0_dp), &
-      atom_t(0, is_set, 11, 10, 461, 460, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 460, 459, 0.0_dp, cohesion_all_along_it), &
+      atom_t(0, is_one_of, 11, 9, 460, 460, 0.0_dp), &
+      atom_t(1, is_above, 11, 10, 461, 460, 0.0_dp), &
       atom_t(1, is_one_of, 11, 9, 461, 461, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 462, 461, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 462, 461, 0.0_dp), &
-      atom_t(0, is_set, 12, 1, 462, 461, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 462, 462, 0.0_dp), &
-      atom_t(0, is_set, 12, 2, 463, 462, 0.0_dp), &
+      atom_t(0, is_set, 11, 10, 462, 461, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 462, 462, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 463, 462, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 463, 462, 0.0_dp), &
+      atom_t(0, is_set, 12, 1, 463, 462, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 463, 463, 0.0_dp), &
-      atom_t(0, is_set, 12, 9, 464, 463, 0.0_dp), &
+      atom_t(0, is_set, 12, 2, 464, 463, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 464, 464, 0.0_dp), &
-      atom_t(0, is_set, 12, 10, 465, 464, 0.0_dp), &
+      atom_t(0, is_set, 12, 9, 465, 464, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 465, 465, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 466, 465, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 466, 465, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 12, 1, 466, 465, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 466, 465, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 466, 466, 0.0_dp), &
+      atom_t(0, is_set, 12, 10, 466, 465, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 466, 466, 0.0_dp), &
       atom_t(0, is_present, 12, 0, 467, 466, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 467, 467, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 468, 469, 0.0_dp), &
-      atom_t(1, is_above, 12, 4, 470, 469, 0.0_dp), &
-      atom_t(1, is_above, 12, 5, 470, 469, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 470, 470, 0.0_dp), &
-      atom_t(1, is_above, 12, 6, 471, 470, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 467, 466, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 12, 1, 467, 466, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 467, 466, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 10, 467, 467, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 468, 467, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 468, 468, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 469, 470, 0.0_dp), &
+      atom_t(1, is_above, 12, 4, 471, 470, 0.0_dp), &
+      atom_t(1, is_above, 12, 5, 471, 470, 0.0_dp), &
       atom_t(0, is_one_of, 12, 3, 471, 471, 0.0_dp), &
-      atom_t(1, is_set, 12, 7, 472, 471, 0.0_dp), &
-      atom_t(1, is_set, 12, 8, 472, 471, 0.0_dp), &
-      atom_t(0, is_set, 12, 4, 472, 471, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 472, 473, 0.0_dp), &
-      atom_t(0, is_set, 12, 5, 474, 473, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 474, 475, 0.0_dp), &
-      atom_t(0, is_set, 12, 6, 476, 475, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 476, 476, 0.0_dp), &
-      atom_t(0, is_set, 12, 7, 477, 476, 0.0_dp), &
+      atom_t(1, is_above, 12, 6, 472, 471, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 472, 472, 0.0_dp), &
+      atom_t(1, is_set, 12, 7, 473, 472, 0.0_dp), &
+      atom_t(1, is_set, 12, 8, 473, 472, 0.0_dp), &
+      atom_t(0, is_set, 12, 4, 473, 472, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 473, 474, 0.0_dp), &
+      atom_t(0, is_set, 12, 5, 475, 474, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 475, 476, 0.0_dp), &
+      atom_t(0, is_set, 12, 6, 477, 476, 0.0_dp), &
       atom_t(1, is_one_of, 12, 3, 477, 477, 0.0_dp), &
-      atom_t(0, is_set, 12, 8, 478, 477, 0.0_dp), &
+      atom_t(0, is_set, 12, 7, 478, 477, 0.0_dp), &
       atom_t(1, is_one_of, 12, 3, 478, 478, 0.0_dp), &
-      atom_t(0, is_set, 12, 12, 479, 478, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 479, 478, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 479, 478, 0.0_dp), &
-      atom_t(0, is_set, 12, 11, 479, 478, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 479, 478, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 479, 478, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 479, 478, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 479, 478, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 479, 478, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 479, 479, 0.0_dp), &
-      atom_t(0, is_set, 13, 1, 480, 479, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 480, 480, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 481, 480, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 481, 480, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 13, 1, 481, 480, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 481, 481, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 482, 481, 0.0_dp, growth_by_laws_of_both_kinds), &
+      atom_t(0, is_set, 12, 8, 479, 478, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 479, 479, 0.0_dp), &
+      atom_t(0, is_set, 12, 12, 480, 479, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 480, 479, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 480, 479, 0.0_dp), &
+      atom_t(0, is_set, 12, 11, 480, 479, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 480, 479, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 480, 479, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 480, 479, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 480, 479, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 480, 479, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 480, 480, 0.0_dp), &
+      atom_t(0, is_set, 13, 1, 481, 480, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 481, 481, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 482, 481, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 482, 481, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 13, 1, 482, 481, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 482, 482, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 483, 483, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 484, 484, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 485, 486, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 487, 487, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 488, 487, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 488, 487, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 483, 482, 0.0_dp, growth_by_laws_of_both_kinds), &
+      atom_t(0, is_one_of, 13, 2, 483, 483, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 484, 484, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 485, 485, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 486, 487, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 488, 488, 0.0_dp), &
       atom_t(1, is_above, 13, 28, 489, 488, 0.0_dp), &
-      atom_t(1, is_above, 13, 9, 489, 488, 0.0_dp), &
-      atom_t(1, is_above, 13, 10, 489, 488, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 489, 488, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 489, 489, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 490, 489, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_one_of, 13, 25, 490, 491, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 492, 492, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 493, 493, 0.0_dp), &
-      atom_t(1, is_set, 13, 11, 494, 493, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 490, 489, 0.0_dp), &
+      atom_t(1, is_above, 13, 9, 490, 489, 0.0_dp), &
+      atom_t(1, is_above, 13, 10, 490, 489, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 490, 490, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 491, 490, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_one_of, 13, 25, 491, 492, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 493, 493, 0.0_dp), &
       atom_t(0, is_one_of, 13, 25, 494, 494, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 495, 494, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 495, 494, 0.0_dp), &
-      atom_t(1, is_above, 13, 14, 495, 494, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 495, 494, 0.0_dp), &
-      atom_t(1, is_above, 13, 13, 495, 494, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 495, 495, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 496, 496, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 497, 497, 0.0_dp)]
+      atom_t(1, is_set, 13, 11, 495, 494, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 495, 495, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 496, 495, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 496, 495, 0.0_dp), &
+      atom_t(1, is_above, 13, 14, 496, 495, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 496, 495, 0.0_dp), &
+      atom_t(1, is_above, 13, 13, 496, 495, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 496, 496, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 497, 497, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 498, 498, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_8(*) = [ &
-      atom_t(0, is_present, 16, 0, 498, 497, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 498, 498, 0.0_dp), &
-      atom_t(0, is_set, 16, 3, 499, 498, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 499, 498, 0.0_dp), &
-      atom_t(0, is_set, 16, 4, 499, 498, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 499, 498, 0.0_dp), &
-      atom_t(0, is_set, 16, 5, 499, 498, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 499, 498, 0.0_dp), &
-      atom_t(0, is_set, 16, 1, 499, 498, 0.0_dp), &
-      atom_t(1, is_set, 16, 4, 499, 498, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 499, 502, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 503, 502, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 503, 503, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 504, 503, 0.0_dp), &
+      atom_t(0, is_present, 16, 0, 499, 498, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 499, 499, 0.0_dp), &
+      atom_t(0, is_set, 16, 3, 500, 499, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 500, 499, 0.0_dp), &
+      atom_t(0, is_set, 16, 4, 500, 499, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 500, 499, 0.0_dp), &
+      atom_t(0, is_set, 16, 5, 500, 499, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 500, 499, 0.0_dp), &
+      atom_t(0, is_set, 16, 1, 500, 499, 0.0_dp), &
+      atom_t(1, is_set, 16, 4, 500, 499, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 500, 503, 0.0_dp), &
       atom_t(0, is_one_of, 5, 12, 504, 503, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 504, 504, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 505, 508, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 509, 508, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 509, 509, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 510, 509, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 505, 504, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 505, 504, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 505, 505, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 506, 509, 0.0_dp), &
       atom_t(0, is_one_of, 6, 17, 510, 509, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 510, 510, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 511, 510, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 511, 510, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 511, 510, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 511, 510, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 511, 511, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 512, 513, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 514, 514, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 515, 515, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 516, 515, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 516, 516, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 517, 516, 0.0_dp), &
-      atom_t(0, is_set, 6, 17, 517, 516, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 512, 511, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 512, 511, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 512, 512, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 513, 514, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 515, 515, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 516, 516, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 517, 516, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 517, 517, 0.0_dp), &
       atom_t(2, is_present, 14, 0, 518, 517, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 518, 517, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 518, 518, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 519, 518, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_set, 6, 17, 519, 518, 0.0_dp), &
+      atom_t(0, is_set, 6, 17, 518, 517, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 518, 518, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 519, 518, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 519, 518, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 519, 519, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 520, 519, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 15, 0, 520, 519, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 520, 520, 0.0_dp), &
-      atom_t(0, is_set, 15, 2, 521, 520, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 521, 521, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 522, 522, 0.0_dp), &
-      atom_t(1, is_set, 15, 2, 523, 522, 0.0_dp), &
-      atom_t(0, is_set, 15, 4, 523, 522, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 523, 523, 0.0_dp), &
-      atom_t(0, is_set, 15, 5, 524, 523, 0.0_dp), &
+      atom_t(0, is_set, 6, 17, 520, 519, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 520, 520, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 521, 520, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_present, 15, 0, 521, 520, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 521, 521, 0.0_dp), &
+      atom_t(0, is_set, 15, 2, 522, 521, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 522, 522, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 523, 523, 0.0_dp), &
+      atom_t(1, is_set, 15, 2, 524, 523, 0.0_dp), &
+      atom_t(0, is_set, 15, 4, 524, 523, 0.0_dp), &
       atom_t(1, is_one_of, 15, 1, 524, 524, 0.0_dp), &
-      atom_t(0, is_present, 15, 0, 525, 524, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 525, 524, 0.0_dp, growth_scales_forces_beside_motions), &
-      atom_t(0, is_set, 5, 5, 525, 524, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 525, 524, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 525, 524, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 525, 528, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 529, 528, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 529, 528, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 529, 528, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 529, 528, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 529, 528, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 529, 532, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 533, 532, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 533, 532, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 533, 532, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 533, 532, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 533, 532, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 533, 533, 0.0_dp), &
+      atom_t(0, is_set, 15, 5, 525, 524, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 525, 525, 0.0_dp), &
+      atom_t(0, is_present, 15, 0, 526, 525, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 526, 525, 0.0_dp, growth_scales_forces_beside_motions), &
+      atom_t(0, is_set, 5, 5, 526, 525, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 526, 525, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 526, 525, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 526, 529, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 530, 529, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 530, 529, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 530, 529, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 530, 529, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 530, 529, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 530, 533, 0.0_dp), &
       atom_t(0, is_one_of, 6, 17, 534, 533, 0.0_dp), &
       atom_t(1, is_present, 15, 0, 534, 533, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 534, 534, 0.0_dp), &
-      atom_t(1, is_above, 13, 8, 535, 534, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 534, 533, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 534, 533, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 534, 533, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 534, 534, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 535, 534, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 535, 534, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 535, 535, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 536, 535, 0.0_dp), &
-      atom_t(0, is_set, 13, 5, 536, 535, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 536, 536, 0.0_dp), &
-      atom_t(0, is_set, 13, 8, 537, 536, 0.0_dp), &
+      atom_t(1, is_above, 13, 8, 536, 535, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 536, 536, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 537, 536, 0.0_dp), &
+      atom_t(0, is_set, 13, 5, 537, 536, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 537, 537, 0.0_dp), &
-      atom_t(0, is_set, 13, 9, 538, 537, 0.0_dp), &
+      atom_t(0, is_set, 13, 8, 538, 537, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 538, 538, 0.0_dp), &
-      atom_t(0, is_set, 13, 10, 539, 538, 0.0_dp), &
+      atom_t(0, is_set, 13, 9, 539, 538, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 539, 539, 0.0_dp), &
-      atom_t(0, is_set, 13, 11, 540, 539, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 540, 540, 0.0_dp), &
-      atom_t(0, is_set, 13, 12, 541, 540, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 541, 541, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 542, 541, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 540, 539, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 540, 540, 0.0_dp), &
+      atom_t(0, is_set, 13, 11, 541, 540, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 541, 541, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 542, 541, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 542, 542, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 543, 542, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 543, 542, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 543, 543, 0.0_dp), &
-      atom_t(0, is_set, 13, 28, 544, 543, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 544, 543, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 544, 544, 0.0_dp), &
-      atom_t(0, is_set, 13, 6, 545, 544, 0.0_dp), &
+      atom_t(0, is_set, 13, 28, 545, 544, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 545, 545, 0.0_dp), &
-      atom_t(0, is_set, 13, 7, 546, 545, 0.0_dp), &
-      atom_t(1, is_above, 13, 6, 546, 545, 0.0_dp), &
-      atom_t(0, is_set, 13, 15, 546, 545, 0.0_dp), &
+      atom_t(0, is_set, 13, 6, 546, 545, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 546, 546, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 547, 546, 0.0_dp), &
+      atom_t(0, is_set, 13, 7, 547, 546, 0.0_dp), &
+      atom_t(1, is_above, 13, 6, 547, 546, 0.0_dp), &
+      atom_t(0, is_set, 13, 15, 547, 546, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 547, 547, 0.0_dp), &
-      atom_t(0, is_set, 13, 19, 548, 547, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 548, 547, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 548, 548, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 549, 548, 0.0_dp), &
+      atom_t(0, is_set, 13, 19, 549, 548, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 549, 549, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 550, 549, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 550, 549, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 550, 550, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 551, 550, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 551, 551, 0.0_dp), &
-      atom_t(0, is_set, 13, 22, 552, 551, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 552, 552, 0.0_dp), &
-      atom_t(0, is_set, 13, 23, 553, 552, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 551, 550, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 551, 551, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 552, 551, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 552, 552, 0.0_dp), &
+      atom_t(0, is_set, 13, 22, 553, 552, 0.0_dp), &
       atom_t(1, is_one_of, 13, 21, 553, 553, 0.0_dp), &
-      atom_t(0, is_set, 13, 24, 554, 553, 0.0_dp), &
+      atom_t(0, is_set, 13, 23, 554, 553, 0.0_dp), &
       atom_t(1, is_one_of, 13, 21, 554, 554, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 21, 555, 555, 0.0_dp), &
-      atom_t(1, is_above, 13, 23, 556, 555, 0.0_dp), &
-      atom_t(0, is_set, 4, 14, 556, 555, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 556, 555, 0.0_dp), &
-      atom_t(0, is_set, 13, 26, 556, 555, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 556, 556, 0.0_dp)]
+      atom_t(0, is_set, 13, 24, 555, 554, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 555, 555, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 21, 556, 556, 0.0_dp), &
+      atom_t(1, is_above, 13, 23, 557, 556, 0.0_dp), &
+      atom_t(0, is_set, 4, 14, 557, 556, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 557, 556, 0.0_dp), &
+      atom_t(0, is_set, 13, 26, 557, 556, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 557, 557, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_9(*) = [ &
-      atom_t(0, is_set, 13, 27, 557, 556, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 557, 557, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 558, 558, 0.0_dp), &
-      atom_t(1, is_set, 13, 4, 559, 558, 0.0_dp), &
-      atom_t(0, is_set, 13, 4, 559, 558, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 559, 559, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 560, 560, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 561, 561, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 562, 565, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 566, 566, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 567, 567, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 568, 569, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 570, 570, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 571, 571, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 572, 572, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 573, 573, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 574, 574, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 575, 575, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 576, 576, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 577, 578, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 579, 579, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 580, 579, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 580, 579, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 580, 579, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 580, 579, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 14, 1, 580, 579, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 580, 579, 0.0_dp), &
-      atom_t(1, is_above, 14, 2, 580, 579, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 580, 579, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 580, 580, 0.0_dp), &
+      atom_t(0, is_set, 13, 27, 558, 557, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 558, 558, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 559, 559, 0.0_dp), &
+      atom_t(1, is_set, 13, 4, 560, 559, 0.0_dp), &
+      atom_t(0, is_set, 13, 4, 560, 559, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 560, 560, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 561, 561, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 562, 562, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 563, 566, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 567, 567, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 568, 568, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 569, 570, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 571, 571, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 572, 572, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 573, 573, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 574, 574, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 575, 575, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 576, 576, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 577, 577, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 578, 579, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 580, 580, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 581, 580, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 581, 580, 0.0_dp, something_that_growth_scales), &
+      atom_t(1, is_present, 11, 0, 581, 580, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 581, 580, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 581, 581, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 581, 580, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 14, 1, 581, 580, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 581, 580, 0.0_dp), &
+      atom_t(1, is_above, 14, 2, 581, 580, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 581, 580, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 581, 581, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 582, 581, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 582, 581, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 582, 581, 0.0_dp, something_that_growth_scales), &
       atom_t(0, is_present, 14, 0, 582, 581, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 582, 581, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 582, 581, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 582, 582, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 582, 582, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 583, 582, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 583, 584, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 585, 585, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 586, 585, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 586, 585, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 586, 585, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 586, 585, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 586, 586, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 587, 588, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 589, 588, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 589, 589, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 590, 591, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 592, 592, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 593, 592, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 583, 582, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 583, 582, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 583, 582, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 583, 582, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 583, 583, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 584, 583, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 584, 585, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 586, 586, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 587, 586, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 587, 586, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 587, 586, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 587, 586, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 587, 587, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 588, 589, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 590, 589, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 590, 590, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 591, 592, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 593, 593, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 594, 593, 0.0_dp, tips_at_no_nodes), &
-      atom_t(1, is_one_of, 17, 1, 594, 594, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 595, 595, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 596, 595, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 596, 596, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 597, 596, 0.0_dp, a_plane), &
-      atom_t(1, is_one_of, 17, 1, 597, 597, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 598, 598, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 599, 598, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 599, 599, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 600, 600, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 601, 601, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 602, 602, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 603, 603, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 604, 604, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 605, 605, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 606, 606, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 607, 607, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 608, 608, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 609, 609, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 610, 611, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 612, 612, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 613, 613, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 614, 614, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 615, 615, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 616, 616, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 617, 618, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 619, 619, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 620, 620, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 621, 620, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 621, 621, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 622, 622, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 623, 622, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 623, 623, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 624, 624, 0.0_dp), &
-      atom_t(1, is_present, 14, 0, 625, 624, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 625, 625, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 626, 626, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 627, 627, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 628, 628, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 629, 629, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 630, 629, 1.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 630, 630, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 594, 593, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 594, 594, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 595, 594, 0.0_dp, tips_at_no_nodes), &
+      atom_t(1, is_one_of, 17, 1, 595, 595, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 596, 596, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 597, 596, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 597, 597, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 598, 597, 0.0_dp, a_plane), &
+      atom_t(1, is_one_of, 17, 1, 598, 598, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 599, 599, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 600, 599, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 600, 600, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 601, 601, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 602, 602, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 603, 603, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 604, 604, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 605, 605, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 606, 606, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 607, 607, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 608, 608, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 609, 609, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 610, 610, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 611, 612, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 613, 613, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 614, 614, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 615, 615, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 616, 616, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 617, 617, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 618, 619, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 620, 620, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 621, 621, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 622, 621, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 622, 622, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 623, 623, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 624, 623, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 624, 624, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 625, 625, 0.0_dp), &
+      atom_t(1, is_present, 14, 0, 626, 625, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 626, 626, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 627, 627, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 628, 628, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 629, 629, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 630, 630, 0.0_dp), &
       atom_t(0, is_one_of, 17, 4, 631, 630, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 631, 631, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 631, 631, 0.0_dp), &
       atom_t(0, is_one_of, 17, 4, 632, 631, 1.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 632, 632, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 633, 632, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 633, 633, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 632, 632, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 633, 632, 1.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 633, 633, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 634, 633, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 634, 634, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 634, 634, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 635, 634, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 635, 635, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 636, 635, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 636, 636, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 636, 636, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 637, 636, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 637, 638, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 639, 638, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 639, 639, 0.0_dp), &
-      atom_t(0, is_set, 17, 3, 640, 639, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 640, 640, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 641, 641, 0.0_dp), &
-      atom_t(1, is_above, 17, 7, 642, 641, 0.0_dp), &
-      atom_t(0, is_set, 17, 7, 642, 641, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 642, 642, 0.0_dp)]
+      atom_t(1, is_one_of, 11, 1, 637, 637, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 638, 637, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 638, 639, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 640, 639, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 640, 640, 0.0_dp), &
+      atom_t(0, is_set, 17, 3, 641, 640, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 641, 641, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 642, 642, 0.0_dp), &
+      atom_t(1, is_above, 17, 7, 643, 642, 0.0_dp), &
+      atom_t(0, is_set, 17, 7, 643, 642, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 643, 643, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_10(*) = [ &
-      atom_t(0, is_one_of, 17, 6, 643, 643, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 644, 646, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 647, 647, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 648, 648, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 649, 648, 0.0_dp, several_bodies), &
+      atom_t(0, is_one_of, 17, 6, 644, 644, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 645, 647, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 648, 648, 0.0_dp), &
       atom_t(0, is_one_of, 17, 6, 649, 649, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 650, 650, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 651, 651, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 652, 653, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 654, 654, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 655, 654, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 655, 655, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 656, 655, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 650, 649, 0.0_dp, several_bodies), &
+      atom_t(0, is_one_of, 17, 6, 650, 650, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 651, 651, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 652, 652, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 653, 654, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 655, 655, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 656, 655, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 656, 656, 0.0_dp), &
       atom_t(1, is_set, 18, 3, 657, 656, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 657, 657, 0.0_dp), &
       atom_t(1, is_set, 18, 3, 658, 657, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 658, 658, 0.0_dp), &
       atom_t(1, is_set, 18, 3, 659, 658, 0.0_dp), &
-      atom_t(0, is_set, 18, 3, 659, 658, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 659, 662, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 663, 663, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 664, 664, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 4, 665, 666, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 667, 666, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 667, 668, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 669, 668, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 669, 670, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 671, 670, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 18, 5, 671, 670, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 671, 671, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 659, 659, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 660, 659, 0.0_dp), &
+      atom_t(0, is_set, 18, 3, 660, 659, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 660, 663, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 664, 664, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 665, 665, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 4, 666, 667, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 668, 667, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 668, 669, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 670, 669, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 670, 671, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 672, 671, 0.0_dp, several_cracks), &
       atom_t(1, is_set, 18, 5, 672, 671, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 672, 672, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 673, 674, 0.0_dp), &
-      atom_t(0, is_set, 18, 5, 675, 674, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 675, 677, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 678, 678, 0.0_dp), &
-      atom_t(1, is_above, 18, 7, 679, 678, 0.0_dp), &
-      atom_t(0, is_set, 18, 7, 679, 678, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 679, 679, 0.0_dp), &
-      atom_t(0, is_set, 6, 18, 680, 679, 0.0_dp), &
+      atom_t(1, is_set, 18, 5, 673, 672, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 673, 673, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 674, 675, 0.0_dp), &
+      atom_t(0, is_set, 18, 5, 676, 675, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 676, 678, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 679, 679, 0.0_dp), &
+      atom_t(1, is_above, 18, 7, 680, 679, 0.0_dp), &
+      atom_t(0, is_set, 18, 7, 680, 679, 0.0_dp), &
       atom_t(1, is_one_of, 18, 2, 680, 680, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 6, 681, 681, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 682, 682, 0.0_dp)]
+      atom_t(0, is_set, 6, 18, 681, 680, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 681, 681, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 6, 682, 682, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 683, 683, 0.0_dp)]
 
    type(atom_t), parameter :: atoms(*) = [atoms_1, atoms_2, atoms_3, atoms_4, atoms_5, atoms_6, atoms_7, atoms_8, atoms_9, &
       atoms_10]
@@ -1326,7 +1325,7 @@ module hampm_rule_table
       rule_t('&constraint turns = .true.', not_with, 'a pin without an axis', mechanics, &
          'that of a solid fixes two components, and turns around the third direction', '', 65, 1, 1, 0), &
       rule_t('&crack kind = ''line'' | ''path''', not_with, 'a solid', not_built, 'cracks of solids are in planes of the grid', &
-         '&crack kind = ''plane''', 67, 1, 1, 1), &
+         '&crack kind = ''plane'' | ''symmetry''', 67, 1, 1, 1), &
       rule_t('&crack front = ''ellipse'' | ''polygon''', requires, 'a solid', mechanics, &
          'in the plane a crack has one tip or two', '&crack front = ''disc''', 70, 1, 1, 1), &
       rule_t('&crack normal', requires, 'a solid or &crack kind = ''plane''', mechanics, 'direction gives it, or points', '', &
