@@ -751,3 +751,74 @@ def test_waves_of_compression_stop_a_tip_and_noise_does_not(hampm, direction, co
     assert np.all(row["tip_speed"][runs] > 0) and np.all(row["K_I"][runs] > 0)
     assert row["tip_x"][-1] - row["tip_x"][runs][-1] < 0.48e-3        # a cell
     assert np.ptp(row["tip_x"][row["time"] > 6.2e-6]) == 0
+
+
+FIRST = """&run plane = 'stress'  end_time = {end} /
+&grid lower = -2e-3, -42e-3  cell = 2e-3  cells = 23, 42 /
+&material name = 'm'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'm'  lower = 0.0, -40e-3  upper = 40e-3, 40e-3 /
+&load kind = 'traction'  lower = 0.0, 40e-3  upper = 40e-3, 40e-3  force = 0.0, 8e5 /
+&load kind = 'traction'  lower = 0.0, -40e-3  upper = 40e-3, -40e-3  force = 0.0, -8e5 /
+&constraint lower = 40e-3, -40e-3  upper = 40e-3, -40e-3  fix = 'xy' /
+&constraint lower = 40e-3, 40e-3  upper = 40e-3, 40e-3  fix = 'x' /
+&crack kind = 'path'  points = -1e-3, 0.1e-3, 12e-3, 0.1e-3 /
+&refine indicator = 'tip'  max_level = 2  rings = 6 /
+&energy_release estimators = 'domain_integral' /
+&growth law = 'toughness'  direction = 'straight'  toughness = 60.0 /
+&method start = 'static'  {method} /
+&output file = 'first.h5'  history_interval = 1e-7 /
+"""
+
+
+def test_a_tip_far_above_its_toughness_starts_in_implicit_steps_as_in_explicit_ones(hampm):
+    """G at the static start is 9.9 times the toughness: by g(v) nearly 1 - v/c the tip takes 0.9 of the speed of Rayleigh waves. In implicit steps it had exactly that speed from the
+    first one on."""
+    implicit, explicit = (run_told(hampm, FIRST.format(end=end, method=method))[0] for end, method in ((5e-7, "time = 'implicit'  time_step = 1e-7"), (5.05e-7, "")))
+    way = np.interp(implicit["time"], explicit["time"], explicit["tip_x"]) - 12e-3
+    print(implicit["tip_x"] - 12e-3, way, implicit["speed_ratio"])
+    assert implicit["G"][0] / 60 == pytest.approx(9.9, abs=0.1)
+    assert 0.85 < implicit["speed_ratio"][1] < 0.97
+    assert implicit["tip_x"][1:] - 12e-3 == pytest.approx(way[1:], rel=0.06)
+
+
+SHEARED = """&run plane = 'strain'  end_time = 14e-6 /
+&grid lower = 0.0, 0.0  cell = 1e-3  cells = {cells}, 101 /
+&material name = 'm'  young = 200e9  poisson = 0.3  density = 7900 /
+&body material = 'm'  lower = 0.0, 0.0  upper = {wide}, 0.1 /
+&constraint lower = 0.0, 0.0  upper = {wide}, 0.0  fix = 'y' /
+&constraint {edge}  fix = 'x'  velocity = {speed}, 0.0 /
+&crack kind = 'path'  points = {points} /
+&growth law = 'toughness'  toughness = 9213.75  direction = 'hoop_stress' /
+&energy_release estimators = 'domain_integral' /
+&output file = 'sheared.h5'  history_interval = 1e-7 /
+"""
+
+
+@pytest.mark.parametrize("side", ["left", pytest.param("right", marks=pytest.mark.verify)])
+def test_a_sheared_tip_starts_when_its_hoop_stress_says(hampm, side):
+    """Impact on the material below a notch: a tip by `hoop_stress` starts when K of the largest hoop stress, by K_I < 0 and K_II, reaches that of the toughness. It was 4 us late."""
+    wide = 0.1
+    keys = dict(edge="lower = 0.0, 0.0  upper = 0.0, 0.026", speed=12.0, points="-1e-3, 0.026, 0.047, 0.026") if side == "left" else \
+        dict(edge=f"lower = {wide}, 0.0  upper = {wide}, 0.026", speed=-12.0, points="0.101, 0.026, 0.053, 0.026")
+    row, _ = run_told(hampm, SHEARED.format(cells=100, wide=wide, **keys))
+    angle = np.radians(np.linspace(-179, 179, 717))
+    hoop = np.array([np.max(np.cos(angle / 2)**2 * (k_1 * np.cos(angle / 2) - 3 * k_2 * np.sin(angle / 2))) for k_1, k_2 in zip(row["K_I"], row["K_II"])])
+    reached = row["time"][np.flatnonzero(hoop**2 * 0.91 / 200e9 >= 9213.75)[0]]
+    starts = row["time"][np.flatnonzero(row["crack_length"] > row["crack_length"][0])[0]]
+    print(reached, starts, row["K_I"][row["time"] < starts][-1])
+    assert 0 <= starts - reached < 0.3e-6
+    assert row["K_I"][row["time"] < starts][-1] < 0
+
+
+@pytest.mark.verify
+def test_a_tip_slows_down_in_a_dip_of_its_load_and_does_not_rest(hampm):
+    """A plane wave of 1 MPa dips by 0.6 for a quarter of H/c_d: by g(v) K(t, 0)**2/E' = toughness/(1 - v/549), all known, the tip slows down from 295 to 254 m/s and goes from 0.4540
+    to 0.6028 mm between 5.652 and 6.202 us. It rested."""
+    times = "history = 'table'  times = 0.0, 2.60845e-6, 2.61135e-6, 3.33302e-6, 3.33592e-6, 1.2e-5  factors = 1.0, 1.0, 0.4, 0.4, 1.0, 1.0"
+    text = ARREST.format(loads="\n".join(f"&load kind = 'traction'  lower = -12e-3, {y}  upper = 14.88e-3, {y}  force = 0.0, {np.sign(y) * 13440}  {times} /" for y in (12e-3, -12e-3)))
+    text = text.replace("  toughness = 0.151261", "").replace("toughness = 0.0420169", "toughness = 0.0356507  limit_speed = 549.0")
+    row, _ = run_told(hampm, text)
+    dip = [np.interp(t, row["time"], row["tip_x"]) for t in (5.652e-6, 6.202e-6)]
+    print(dip)
+    assert dip == pytest.approx([0.4540e-3, 0.6028e-3], abs=0.02e-3)
+    assert np.all(row["tip_speed"][(row["time"] > 5.652e-6) & (row["time"] < 6.202e-6)] > 100)

@@ -192,5 +192,7 @@ def test_what_is_refused(hampm):
     assert "there is no tip at the interface of two bodies of different materials" in refused(hampm, one)
     assert "phase_length" in refused(hampm, text.replace("name = 'c'", "name = 'c' contact = 'frictionless'"))
     assert "phase_length" in refused(hampm, text.replace("'domain_integral'", "'vcct'"))
+    grows = text + "&growth direction = 'straight' toughness = 100.0 increment = 0.1 mixed_mode = 'hutchinson_suo' /\n"
+    assert "must be 'none' between layers: other material is within the radii of a tip" in refused(hampm, grows)
     off = text.replace("points = -1.0, 0.0, 1.0, 0.0", "points = -1.0, 0.5, 1.0, 0.5")
     assert "phase_length" in refused(hampm, off)

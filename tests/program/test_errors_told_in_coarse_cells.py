@@ -1,0 +1,69 @@
+"""Errors that are told of K in scenes as a user writes them, in coarse cells: references by finite elements of order 6 with rings around the tips (orders 4 and 6 agree to 0.05 %)."""
+
+import harness
+import numpy as np
+
+SCENE = """\
+&run plane = '{plane}'  thickness = {thickness}  end_time = 1.0 /
+&grid lower = {lower}  cell = {cell}  cells = {cells}  order = {order} /
+&material name = 'a'  young = {young}  poisson = {poisson}  density = 1000.0 /
+&body material = 'a'  lower = 0.0, 0.0  upper = {size}  points_per_cell = {points} /
+&constraint {held}  fix = 'xy' /
+{loads}
+{cracks}
+&method time = 'static' /
+{refine}
+&energy_release estimators = 'domain_integral' /
+&output file = 'out.h5' /
+"""
+# Reference of K_I and K_II of each tip; the least side of the body is 12 to 40 cells long
+SCENES = {
+    "edge": (dict(plane="strain", thickness=0.02, lower="-0.001, -0.0015", cell=1e-3, cells="27, 64", order=1, young=210e9, poisson=0.35, size="0.024, 0.06", points=2,
+                  held="lower = 0.024, 0.0  upper = 0.024, 0.06"), [("0.0, 0.06", "0.024, 0.06", "-199.087979, 157.872303")],
+             ["0.0, 0.031145677666, 0.008334912529, 0.034230720887"], 2, [4987.4, 4272.9]),
+    "inner": (dict(plane="stress", thickness=0.02, lower="-0.0026, -0.002", cell=2e-3, cells="29, 33", order=1, young=3e9, poisson=0.42, size="0.05, 0.06", points=2,
+                   held="lower = 0.0, 0.0  upper = 0.05, 0.0"), [("0.008, 0.06", "0.0445, 0.06", "325.573477, -124.045131"), ("0.0, 0.0", "0.0, 0.06", "174.018033, 784.704362"),
+                                                                 "-785.258523, 482.009957"],
+              ["0.016702199202, 0.023220328483, 0.025693392420, 0.031503182159"], 0, [-73248, 39101, -12007, 80886]),
+    "kinked": (dict(plane="strain", thickness=1.0, lower="-0.003, -0.002", cell=2e-3, cells="24, 18", order=1, young=210e9, poisson=0.3, size="0.04, 0.03", points=3,
+                    held="lower = 0.0, 0.0  upper = 0.04, 0.0"), [("0.0, 0.0", "0.0, 0.03", "-27355.575197, -27203.074917"), ("0.0, 0.03", "0.04, 0.03", "-16665.407696, -31386.153691"),
+                                                                  "2423.305188, -2185.791703"],
+               ["0.015018573489, 0.011748919201, 0.021193084283, 0.015066162267, 0.023468376519, 0.019805142180"], 2, [1.6751e5, 12172, 35922, -1.8365e5]),
+    "quadratic": (dict(plane="strain", thickness=0.005, lower="-0.002, -0.002", cell=2e-3, cells="28, 33", order=2, young=210e9, poisson=0.2, size="0.05, 0.06", points=3,
+                       held="lower = 0.0, 0.0  upper = 0.05, 0.0"), [("0.003, 0.06", "0.0445, 0.06", "-11.844026, 138.533945")],
+                  ["0.019971563561, 0.030201798754, 0.037276084930, 0.035799211168"], 0, [1.1679e5, 19410, 1.0935e5, 23057]),
+    "quadratic edge": (dict(plane="stress", thickness=0.02, lower="-0.001, -0.001", cell=1e-3, cells="53, 43", order=2, young=210e9, poisson=0.0, size="0.05, 0.04", points=3,
+                            held="lower = 0.05, 0.0  upper = 0.05, 0.04"), [("0.0, 0.0", "0.05, 0.0", "-148.910050, -620.579095")],
+                       ["0.0, 0.022515334348, 0.011623697348, 0.023747893031"], 2, [54261, 30480]),
+    "quadratic level": (dict(plane="strain", thickness=0.02, lower="-0.002, -0.002", cell=2e-3, cells="15, 33", order=2, young=3e9, poisson=0.3, size="0.024, 0.06", points=3,
+                             held="lower = 0.0, 0.0  upper = 0.024, 0.0"), [("0.024, 0.0", "0.024, 0.06", "-974.960488, -784.231751"), ("0.0, 0.0", "0.0, 0.06", "-571.303577, -229.061622"),
+                                                                            "2188.651205, 489.417697"],
+                        ["0.009132929649, 0.024343168340, 0.013144402398, 0.030628881362"], 1, [1.9368e5, 60320, 1.835e5, 5236.3]),
+    "quadratic mouth": (dict(plane="stress", thickness=0.005, lower="-0.001, -0.001", cell=1e-3, cells="43, 43", order=2, young=210e9, poisson=0.35, size="0.04, 0.04", points=3,
+                             held="lower = 0.0, 0.0  upper = 0.04, 0.0"), [("0.0, 0.0", "0.0, 0.04", "186.849898, -4.159253")],
+                        ["0.0, 0.018409260939, 0.005274471669, 0.008041606422"], 2, [-1.6664e5, -3.6122e5]),
+    "two cracks": (dict(plane="strain", thickness=0.02, lower="-0.002, -0.0025", cell=2e-3, cells="15, 34", order=1, young=3e9, poisson=0.2, size="0.024, 0.06", points=2,
+                        held="lower = 0.024, 0.0  upper = 0.024, 0.06"), [("0.0, 0.0", "0.024, 0.0", "-461.418356, -120.803814")],
+                   ["0.009508680987, 0.040585033199, 0.014491319013, 0.043414966801", "0.009756329884, 0.019118395297, 0.014243670116, 0.016881604703"], 0,
+                   [2542.5, -2852.3, 2014.3, -3677.9, 10914, -4208, -969.99, -5695.9]),
+}
+
+
+def test_errors_hold_what_finite_elements_find(hampm):
+    """Those of version 2 held 15 of these 30. K_I of the first is 0.6 % too large by its cells far from the tip, of which no error knows: 2.1 times its own; the others are within 1.1."""
+    ratios, names = [], []
+    for name, (keys, loads, cracks, level, asked) in SCENES.items():
+        lines = [f"&load kind = 'gravity'  acceleration = {load} /" if isinstance(load, str) else f"&load kind = 'traction'  lower = {load[0]}  upper = {load[1]}  force = {load[2]} /" for load in loads]
+        row = harness.run(hampm, SCENE.format(**keys, loads="\n".join(lines), cracks="\n".join(f"&crack name = 'c{n}'  kind = 'path'  points = {points} /" for n, points in enumerate(cracks)),
+                                              refine=f"&refine indicator = 'tip'  max_level = {level} /" if level else ""))
+        for n, value in enumerate(asked):
+            tip = f"_tip{n // 2 + 1}" if n > 1 else ""
+            mode = "I" * (n % 2 + 1)
+            found, error = row[f"K_{mode}{tip}"][-1], row[f"K_{mode}_error{tip}"][-1]
+            print(f"{name} K_{mode}{tip} {found:.5g} +- {error:.2g}, right {value:.5g}: {abs(found - value) / error:.2f}")
+            ratios.append(abs(found - value) / error)
+            names.append(name)
+            assert error < (0.4 if name == "two cracks" else 0.06) * np.max(np.abs(asked)), name
+    ratios = np.array(ratios)
+    assert np.sum(ratios > 1) <= 3 and np.all(ratios < 2.3)
+    assert np.median(ratios) > 0.1                 # no wider than they have to be
