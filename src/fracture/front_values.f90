@@ -25,7 +25,7 @@ module hampm_front_values
    private
    public :: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, needs_front, record_front, &
              mean_rate, &
-             front_fields, &
+             front_fields, jumps_behind, &
              part_along, between_hats, parts_of, place_hats
 
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
@@ -267,11 +267,15 @@ contains
       type(problem_t), intent(in) :: problem
       type(nodal_state_t), intent(in) :: state
       type(front_values_t), intent(inout) :: values
+      real(dp), allocatable :: jumps(:, :)       ! [m]
       if (values%has_ended) return
       if (values%by_domain) call measure_domains(problem, state, values)
       if (values%by_closure) call measure_closure(problem, values)
-      if (values%by_domain .and. values%domain%has_modes) return
-      where (have_overlapped(problem, values)) values%of_g(1, :) = -values%of_g(1, :) ! of which only the size was found
+      if (.not. (values%by_domain .and. values%domain%has_modes)) then ! of which only the size was found
+         jumps = jumps_behind(problem, values)
+         where (jumps(1, :) < 0) values%of_g(1, :) = -values%of_g(1, :)
+      end if
+      if (values%by_closure) where (values%of_g(1, :) < 0) values%closure(1, :) = -values%closure(1, :)
    end subroutine measure_front
 
    !> Find by what the last samples stray, in waves that cells cannot carry.
@@ -306,22 +310,23 @@ contains
       pace%waves = waves_of(cell_at(values%domain%front, problem), problem%materials(values%domain%material)%shear_wave_speed())
    end function pace_of
 
-   !> Whether the faces behind each hat have overlapped.
-   function have_overlapped(problem, values) result(have)
+   !> Opening and sliding of the faces behind each hat [m], (modes, hats).
+   function jumps_behind(problem, values) result(jumps)
       type(problem_t), intent(in) :: problem
       type(front_values_t), intent(in) :: values
-      logical :: have(size(values%arc))
+      real(dp) :: jumps(2, size(values%arc))
       real(dp), parameter :: behind = 1.5_dp     ! cells
       real(dp) :: opening(ndim)
       real(dp), allocatable :: u(:, :)           ! displacements of nodes, where known
       integer :: j
       associate (front => values%domain%front)
-         do j = 1, size(have)
+         do j = 1, size(values%arc)
             opening = opening_at(values%domain, values%at(:, j) - behind*cell_at(front, problem)*values%outward(:, j), problem, u)
-            have(j) = opening(front%axis) < 0
+            jumps(:, j) = [opening(front%axis), 0.0_dp]
+            if (.not. front%is_symmetry) jumps(2, j) = norm(opening(front%along))
          end do
       end associate
-   end function have_overlapped
+   end function jumps_behind
 
    !> By closure. The crack is closed by one cell. The difference from closing two is the first-order error of the cells.
    subroutine measure_closure(problem, values)

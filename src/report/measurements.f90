@@ -25,7 +25,7 @@ module hampm_measurements
    use hampm_static_growth, only: has_held_drive
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
    use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, &
-                                 needs_front, record_front, mean_rate
+                                 needs_front, jumps_behind, record_front, mean_rate
    use hampm_history, only: history_t
    use hampm_joints, only: groups_of_bodies, velocity_fields_of
    use hampm_loads, only: load_t
@@ -114,7 +114,7 @@ contains
       m%rounding_energy = energy_of_rounding(model, problem%loads)
       if (size(model%probes) > 0) m%joined = groups_of_bodies(model) + size(model%bodies)*(velocity_fields_of(model) - 1)
       call angular_momentum(problem%particles, m%initial_angular_momentum, largest)
-      allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
+      allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack) + size(model%planes)))
       call renew_fronts(model, problem, cracks, m)
       m%recorded_fronts = size(m%fronts)
       in_sets = model%method%time == 'explicit' .and. size(model%growth) + size(model%nucleations) == 0
@@ -256,6 +256,7 @@ contains
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: rounding = 1e-12_dp ! of displacements
+      real(dp), allocatable :: jumps(:)          ! opening and sliding behind fronts [m]
       real(dp) :: least, largest
       integer :: k, tip
       m%kinetic_energy = kinetic_energy(problem)
@@ -277,6 +278,15 @@ contains
          end do
          largest = max(largest, rounding*largest_displacement(problem%particles))
          call m%overlap(k)%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), problem%state%time)
+      end do
+      do k = 1, size(model%planes)
+         if (model%planes(k)%contact) cycle
+         jumps = [0.0_dp, rounding*largest_displacement(problem%particles)]
+         do tip = 1, size(m%fronts)
+            if (m%fronts(tip)%domain%front%crack == k .and. .not. m%fronts(tip)%has_ended) &
+               jumps = [jumps, reshape(jumps_behind(problem, m%fronts(tip)), [2*size(m%fronts(tip)%arc)])]
+         end do
+         call m%overlap(k)%look(reshape(jumps, [2, size(jumps)/2]), problem%state%time)
       end do
    end subroutine measure
 

@@ -5,12 +5,13 @@
 !> firm piece strains are those beside it up to a factor of its place (2.6 in slivers at rings under pressure); loose ones have
 !> hundreds of times these.
 module hampm_run_time_checks
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, name_len, ndim
    use hampm_tensors, only: norm
    use hampm_crack_tip, only: crack_tip_t
    use hampm_interface_points, only: is_pressed
    use hampm_crack_lines, only: both_faces
    use hampm_face_jumps, only: faces, faces_at, turn_between
+   use hampm_crack_groups, only: crack_spec_t
    use hampm_cracks, only: crack_t
    use hampm_domains, only: is_tangled
    use hampm_energy, only: energy_density_of, angular_momentum, n_turns, largest_gradient, largest_strain, most_crushed_particle, &
@@ -361,26 +362,30 @@ contains
    end subroutine check_normals
 
    !> Warn of each crack whose faces have interpenetrated in the run.
-   subroutine check_faces(measurements, cracks, is_static, warning)
+   subroutine check_faces(measurements, cracks, planes, is_static, warning)
       type(measurements_t), intent(in) :: measurements
       type(crack_t), intent(in) :: cracks(:)
+      type(crack_spec_t), intent(in) :: planes(:) !! cracks of solids
       logical, intent(in) :: is_static           !! whether the motion has reached static equilibrium
       character(:), allocatable, intent(inout) :: warning
       character(:), allocatable :: remedy, which
+      character(name_len), allocatable :: names(:)
+      logical, allocatable :: touch(:), are_halves(:)
       integer :: k
-      remedy = ''
-      do k = 1, size(cracks)
-         associate (overlap => measurements%overlap(k), crack => cracks(k))
-            if (crack%contact .or. .not. overlap%is_notable(is_static)) cycle
+      names = [cracks%name, planes%name]
+      touch = [cracks%contact, planes%contact]
+      are_halves = [cracks%face /= both_faces, planes%kind == 'symmetry']
+      do k = 1, size(names)
+         associate (overlap => measurements%overlap(k))
+            if (touch(k) .or. .not. overlap%is_notable(is_static)) cycle
             which = 'the faces of the crack'
-            if (crack%name /= '') then
-               which = which//' '''//trim(crack%name)//''''
-            else if (size(cracks) > 1) then
+            if (names(k) /= '') then
+               which = which//' '''//trim(names(k))//''''
+            else if (size(names) > 1) then
                which = which//' number '//to_text(k)
             end if
             remedy = '&crack contact = ''frictionless'''
-            if (crack%face /= both_faces) remedy = 'a whole body with a &crack of kind = ''plane'' and contact = '// &
-                                                   '''frictionless'''
+            if (are_halves(k)) remedy = 'a whole body with a &crack of kind = ''plane'' and contact = ''frictionless'''
             call warn(which//overlapped//'by up to '//three_digits(overlap%overlap)//' m, '// &
                       three_digits(100*overlap%overlap/overlap%largest_jump)//' % of their largest relative displacement'// &
                       ', at '//three_digits(overlap%time)//' s: G and K then have no physical meaning. Use '// &

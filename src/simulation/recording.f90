@@ -262,7 +262,8 @@ contains
          if (.not. s%integrator%is_static) call find_distance_to_equilibrium(s%problem, s%distance_to_equilibrium)
          call check_rest(s%problem, s%measurements, s%warning)
       end if
-      if (failure%code /= exit_stopped) call check_faces(s%measurements, s%cracks%crack, is_near_equilibrium(s), s%warning)
+      if (failure%code /= exit_stopped) call check_faces(s%measurements, s%cracks%crack, s%model%planes, &
+                                                         is_near_equilibrium(s), s%warning)
       call tell_end(s, failure)
    end subroutine record_end
 
