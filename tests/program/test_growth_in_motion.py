@@ -740,7 +740,7 @@ REVERSED = """&run plane = 'strain'  end_time = 7.4e-6 /
 
 @pytest.mark.parametrize(("direction", "contact"), [("straight", ""), ("hoop_stress", ""), ("straight", "contact = 'frictionless'")])
 def test_waves_of_compression_stop_a_tip_and_noise_does_not(hampm, direction, contact):
-    """A wave of tension of 0.5 MPa drives a crack to 0.7 of the speed of Rayleigh waves, where K by fields has no certain sign; one of compression comes at 5.50 us and
+    """A wave of tension of 0.25 MPa drives a crack to 0.7 of the speed of Rayleigh waves, where K by fields has no certain sign; one of compression comes at 5.50 us and
     brings K(t, 0) of both (Freund 1990) to 0 at 5.66 us. It stood still before that with a G of 1.4 times its toughness, and by `hoop_stress` ran on behind it
     by 5 cells, at up to 2100 m/s under K_I < 0."""
     times = "history = 'table'  times = 0.0, 2.6e-6, 2.65e-6, 1.2e-5  factors = 1.0, 1.0, -3.0, -3.0"
