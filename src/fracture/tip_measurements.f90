@@ -112,13 +112,14 @@ contains
             k(:, i) = field%of_rate(k(:, i), values%j(i))
          end do
       end if
-      left = sum(abs(k(1, :)))/size(values%j)    ! by the pressure there: an error, and K_II has one like it
+      left = 0                                   ! by the pressure there: an error, and K_II of a crack in cells has one like it
+      if (tip%nodes%in_cell) left = sum(abs(k(1, :)))/size(values%j)
       if (tip%may_close .and. .not. tip%grown > 0) k(1, :) = max(k(1, :), 0.0_dp)
       if (closed%are_closed) then                ! faces that stick are no crack
          k(1, :) = 0
          most = closed%largest_intensity(domain%material%plane_modulus())
          k(2, :) = sign(min(abs(k(2, :)), most), k(2, :))
-         k_uncertainty(2, :) = min(k_uncertainty(2, :) + left, most)
+         k_uncertainty(2, :) = min(hypot(k_uncertainty(2, :), left), most)
          values%j = sign(min(abs(values%j), field%rate_of([0.0_dp, most])), values%j)
       end if
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2) + sum(k_uncertainty, dim=2)/size(values%j)
