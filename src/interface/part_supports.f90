@@ -7,10 +7,6 @@
 !> end at either node, with the weight w, the part of the distance between these up to the end of the box. They are smooth functions
 !> of the end of a support, with an error of second order in the cell. Springs move with their supports and contribute to reactions.
 !>
-!> In motion a spring that something has stretched stays between the places of its nodes, with its stiffness and state, on every
-!> mesh: another one would hold another force, and energy that nothing has given. Cells may refine around it, but do not recombine
-!> across the end of its support. At rest, where springs follow the displacement since the start, each mesh has its own.
-!>
 !> S is taken at the first free node beside a support on the edge of a half plane, in E' times the thickness, for half of its cells:
 !> for Poisson's ratios from 0 to 0.4 it is within 0.05 and 0.13 of these numbers, and w off by less than 0.05. Elsewhere it scales
 !> with the material of the cells around the node.
@@ -95,7 +91,9 @@ contains
                  spread(box%reach(:, 2) - box%reach(:, 1) > forest%tolerance(), 2, 2))
    end function has_springs
 
-   !> Keep springs that anything has stretched, between the nodes that are at their places now.
+   !> In motion keep springs that anything has stretched, between the nodes that are at their places now, with stiffness and state:
+   !> others would hold another force, and energy that nothing has given. At rest, where springs follow the displacement since the
+   !> start, each mesh has its own.
    pure subroutine keep_springs(interfaces, m, c, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
