@@ -41,8 +41,8 @@ contains
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
             carries(k) = is_pressed(point) .and. .not. point%is_firm
-            if (.not. carries(k)) point%carried = 0
-            if (.not. carries(k)) point%spare = 0
+            if (.not. (carries(k) .or. only_more)) point%carried = 0
+            if (.not. (carries(k) .or. only_more)) point%spare = 0
             if (.not. carries(k)) cycle
             force(:, k) = face_force(point)
             of_all = of_all + sum(force(:, k)**2)/point%stiffness

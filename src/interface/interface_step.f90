@@ -141,7 +141,7 @@ contains
          call find_forces(self, interfaces, f, is_new, failure)
          if (failure%failed() .or. .not. rubs) exit
          if (pass > 1 .and. maxval(abs(f - before)) <= tolerance*maxval(abs(f))) exit
-         if (pass == 1) call carry_forces(interfaces, self%near, .false., .false., unused) ! it goes on in the next step
+         if (pass == 1) call carry_forces(interfaces, self%near, .false., .true., unused)
          call hold_friction(interfaces)
       end do
       if (rubs) interfaces%list(:interfaces%n)%friction_limit = -1
@@ -158,12 +158,13 @@ contains
       call take_moved(self, acceleration, dt, velocity)
    end subroutine hold_faces
 
-   !> After a step: commit slip where mean tractions reach the cone of friction, and damage.
+   !> After a step: commit slip where mean tractions reach the cone of friction, and damage. Points give back what they have to spare
+   !> here alone, where they slide by it and friction takes its energy.
    pure subroutine commit_faces(self, interfaces)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(inout) :: interfaces
       real(dp) :: unused
-      if (have_friction(interfaces)) call carry_forces(interfaces, self%near, .false., .true., unused)
+      if (have_friction(interfaces)) call carry_forces(interfaces, self%near, .false., .false., unused)
       call commit_slip(interfaces)
    end subroutine commit_faces
 

@@ -173,8 +173,6 @@ contains
       real(dp), intent(in) :: shift(:, :)        !! displacement of fixed components [m], (ndim, n_nodes)
       type(failure_t), intent(inout) :: failure
       type(rigid_constraint_t), allocatable :: rigid_constraints(:)
-      type(nearby_t) :: near                     ! points stay where they are
-      real(dp) :: unused
       integer :: turn, wrong, fewest, in_vain    ! numbers of nodes and of turns
       call add_rigid_constraints(self, m, rigid_constraints)
       if (any(m%materials%has_history)) then
@@ -182,8 +180,6 @@ contains
          call displace(m, 0*self%moved)
       end if
       m%constraints%lift = m%constraints%lift - shift
-      if (.not. self%carries .and. have_friction(m%interfaces)) &
-         call carry_forces(m%interfaces, near, .false., .false., unused)
       fewest = huge(fewest)
       in_vain = 0
       do turn = 1, most_turns
@@ -192,7 +188,7 @@ contains
          if (failure%failed()) return
          call change_touch(self, m, in_vain > most_in_vain, rigid_constraints, wrong)
          if (wrong == 0) then
-            call stiffen_faces(self, m, near, shift, rigid_constraints, failure)
+            call stiffen_faces(self, m, shift, rigid_constraints, failure)
             if (.not. failure%failed()) call commit_slip(m%interfaces)
             return
          end if
@@ -207,20 +203,20 @@ contains
    !> method), friction slides where mean tractions reach its cone, and forces depend on those before by less than a load that is
    !> searched may (`hampm_load_search`).
    !> Source: Simo & Laursen, Comput. Struct. 42 (1992) 97-116.
-   subroutine stiffen_faces(self, m, near, shift, rigid_constraints, failure)
+   subroutine stiffen_faces(self, m, shift, rigid_constraints, failure)
       class(balance_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      type(nearby_t), intent(inout) :: near      !! table of the points of faces
       real(dp), intent(in) :: shift(:, :)        !! displacement of fixed components [m], (ndim, n_nodes)
       type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
       type(failure_t), intent(inout) :: failure
       integer, parameter :: most = 30
       real(dp), parameter :: hardly = 1e-6_dp    ! change of the carried forces, relative
+      type(nearby_t) :: near                     ! points stay where they are
       real(dp) :: change
       integer :: turn
       if (m%interfaces%n_contact == 0 .or. .not. (self%carries .or. have_friction(m%interfaces))) return
       do turn = 1, merge(most, 1, self%carries)  ! in motion it goes on in the next step
-         call carry_forces(m%interfaces, near, self%carries, .not. self%carries, change)
+         call carry_forces(m%interfaces, near, self%carries, .false., change)
          if (.not. change > merge(0.0_dp, hardly, self%carries)) return
          call self%newton%balance(m, self%outer, shift, rigid_constraints, self%moved, failure)
          if (failure%failed() .or. change <= hardly) return
