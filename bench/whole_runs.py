@@ -1,7 +1,7 @@
 """Instructions of whole runs, from the namelist to the result: what users ask, each question by a model of input/ that is made short.
 
 The counts are those of valgrind's callgrind on one thread, and do not depend on how busy the machine is. A run counts as a whole: reading,
-building, steps or equilibrium, measuring, writing. With `--before PROGRAM PROGRAM` (of the plane and of solids) the earlier programs are counted as
+building, steps or equilibrium, measuring, writing; only what is flushed before the end is left out, as the clock decides on it. With `--before PROGRAM PROGRAM` (of the plane and of solids) the earlier programs are counted as
 well, and the table gives the ratio and the largest difference of the columns of G, K and J.
 
     .venv/bin/python bench/whole_runs.py [QUESTION ...] [--before build/earlier/hampm build/earlier/hampm3d] [--output DIR]
@@ -17,11 +17,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import h5py
-from instructions import can_count, run_counted
+from instructions import can_count, costs_of_calls, run_counted
 from questions import difference
 from tables import ROOT, write
 
 INPUT = ROOT / "input"
+FLUSHES = "__hampm_results_MOD_flush_results"
 
 
 class Question(NamedTuple):
@@ -76,10 +77,21 @@ QUESTIONS = {
 def count(program, question):
     """Instructions of a run, and its history by column."""
     with tempfile.TemporaryDirectory() as folder:
-        words = [word for setting in (*question.settings, "output.file=run.h5") for word in ("--set", setting)]
-        _, instructions = run_counted(program, INPUT / f"{question.model}.nml", *words, "--quiet", "--force", "--threads", "1", "--output", folder)
-        with h5py.File(Path(folder) / "run.h5") as file:
-            return instructions, {name: column[...] for name, column in file["history"].items()}
+        _, instructions = run_counted(program, *arguments(question, folder), profile=Path(folder) / "profile")
+        instructions -= costs_of_calls(Path(folder) / "profile")[FLUSHES]
+        return instructions, history(folder)
+
+
+def arguments(question, folder):
+    """Arguments of a run of a question with its result in a folder."""
+    words = [word for setting in (*question.settings, "output.file=run.h5") for word in ("--set", setting)]
+    return INPUT / f"{question.model}.nml", *words, "--quiet", "--force", "--threads", "1", "--output", folder
+
+
+def history(folder):
+    """The columns of the result there."""
+    with h5py.File(Path(folder) / "run.h5") as file:
+        return {name: column[...] for name, column in file["history"].items()}
 
 
 def row(name, programs, before):
