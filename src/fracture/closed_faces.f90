@@ -72,8 +72,8 @@ contains
          r = faces%distance_of(interfaces%list(n))
          if (r > 0 .and. r <= sampled*cell) faces%sliding = max(faces%sliding, norm(slid_in_all(interfaces%list(n)))/sqrt(r))
          if (r > 0 .and. is_pressed(interfaces%list(n))) length = length + interfaces%list(n)%length
-         if (r < merge(0.0_dp, from*cell, interfaces%list(n)%is_firm)) cycle
-         if (r > merge(1.0_dp, sampled, interfaces%list(n)%is_firm)*cell) cycle
+         if (r < merge(0.0_dp, from*cell, interfaces%list(n)%is_penalty)) cycle
+         if (r > merge(1.0_dp, sampled, interfaces%list(n)%is_penalty)*cell) cycle
          there = there + interfaces%list(n)%length
          faces%normal = interfaces%list(n)%normal
          stiffness = stiffness + interfaces%list(n)%stiffness

@@ -22,7 +22,7 @@ module hampm_carried_forces
 
 contains
 
-   !> Let faces that press on each other carry their present tractions at rest; firm ones, which do not give way, carry none. In
+   !> Let faces that press on each other carry their present tractions at rest; penalty ones, which hardly give way, carry none. In
    !> motion the layer bears them, and only the points that slide, or have something to spare, are renewed, within a step by more
    !> alone. `change` is the change over all forces, in the mean square, of what is carried and of what points that slide have to
    !> spare [-].
@@ -40,7 +40,7 @@ contains
       of_all = tiny(of_all)
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            carries(k) = is_pressed(point) .and. .not. point%is_firm
+            carries(k) = is_pressed(point) .and. .not. point%is_penalty
             if (.not. (carries(k) .or. only_more)) point%carried = 0
             if (.not. (carries(k) .or. only_more)) point%spare = 0
             if (.not. carries(k)) cycle

@@ -439,8 +439,8 @@ contains
          point%cohesion = layer%cohesion
          point%tip = layer%tip
          point%way = layer%way
-         point%is_firm = layer%law == contact .and. .not. (layer%friction > 0 .or. any(is_cut(e)))
-         if (point%is_firm) point%stiffness = of_whole_cells*point%stiffness
+         point%is_penalty = layer%law == contact .and. .not. (layer%friction > 0 .or. any(is_cut(e)))
+         if (point%is_penalty) point%stiffness = of_whole_cells*point%stiffness
          point%slip = along_faces(point, point%opening)
          point%slid = point%slip
       end associate

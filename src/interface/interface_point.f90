@@ -70,7 +70,7 @@ module hampm_interface_point
       integer :: plane = 0                       !! number of the crack in a plane whose front moves over its square, 0 for none
       integer :: cohesion = 0                    !! number of the law of `cohesive`
       logical :: is_new = .false.                !! under a moving front: whether it is at a node whose force it is to take
-      logical :: is_firm = .false.               !! whether the layer is far stiffer than the cells beside it
+      logical :: is_penalty = .false.            !! whether the layer is far stiffer than the cells beside it
       logical :: follows_leaf = .false.          !! whether its place is one in a leaf, else in the material
    end type interface_point_t
 
@@ -86,9 +86,9 @@ module hampm_interface_point
                                                  !! for none
       integer :: n = 0                           !! number of interface points
       integer :: n_contact = 0                   !! of which are for contact
-      real(dp) :: weight = 1                     !! of the forces of firm faces, in an implicit step (`hampm_newmark`) [-]
+      real(dp) :: weight = 1                     !! of the forces of penalty faces, in an implicit step (`hampm_newmark`) [-]
       logical :: keep_slip = .false.             !! whether slip is not yet committed: its load is still searched
-      real(dp) :: caution = 0                    !! least part of the stiffness in the tangent of faces [-]
+      real(dp) :: tangent_floor = 0              !! least part of the stiffness in the tangent of faces [-]
       integer :: n_cohesive = 0                  !! and of which are `cohesive`
       type(cohesive_law_t), allocatable :: cohesion(:) !! the laws
       real(dp) :: loss = 0                       !! energy taken by friction and by cohesion [J]
@@ -273,7 +273,7 @@ contains
          call archive%archive_integers('tip', n, of%tip)
          call archive%archive_integers('plane', n, of%plane)
          call archive%archive_integers('cohesion', n, of%cohesion)
-         call archive%archive_logicals('is_firm', n, of%is_firm)
+         call archive%archive_logicals('is_penalty', n, of%is_penalty)
          call archive%archive_logicals('follows_leaf', n, of%follows_leaf)
          call archive%archive_reals('mass', n, of%jump%mass)
          do j = 1, size(new%jump%node)

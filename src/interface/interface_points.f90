@@ -24,7 +24,7 @@ module hampm_interface_points
              find_points, archive_interfaces
    public :: holds, pulls, are_apart, is_free, is_pressed, is_softening, has_force, overlap_of, sliding_of, slid_in_all, &
              have_friction, hold_friction, is_sliding, cohesion_at, force_of, force_at, face_force, add_interface_forces, &
-             forces_of_firm_faces, add_interface_resistance, interface_states, interface_stiffness, stiffness_in_directions, &
+             forces_of_penalty_contact, add_interface_resistance, interface_states, interface_stiffness, stiffness_in_directions, &
              energy_of, interface_energy, commit_slip, stretch_interfaces, open_interfaces, relax_interfaces, ease_faces, &
              jumps_with_mass, add_interface_momentum, kick_interfaces, energy_of_rates
 
@@ -241,22 +241,22 @@ contains
       real(dp) :: sliding(ndim - 1), turning
       integer :: state
       tangent = 0
-      associate (point => interfaces%list(k), caution => interfaces%caution)
+      associate (point => interfaces%list(k), tangent_floor => interfaces%tangent_floor)
          if (holds(point)) then
             answer = cohesion_at(interfaces, k)
-            tangent(:2, :2) = (1 - caution)*answer%tangent(2:1:-1, 2:1:-1) + caution*answer%secant(2:1:-1, 2:1:-1)
+            tangent(:2, :2) = (1 - tangent_floor)*answer%tangent(2:1:-1, 2:1:-1) + tangent_floor*answer%secant(2:1:-1, 2:1:-1)
          else
             state = state_of(point)
             if (point%law /= contact .and. state == is_open) return
-            tangent(1, 1) = point%stiffness*merge(1.0_dp, caution, state == sticks .or. state == slides)
-            tangent(2, 2) = point%stiffness*merge(1.0_dp, caution, state == sticks .or. state == sticks_apart)
+            tangent(1, 1) = point%stiffness*merge(1.0_dp, tangent_floor, state == sticks .or. state == slides)
+            tangent(2, 2) = point%stiffness*merge(1.0_dp, tangent_floor, state == sticks .or. state == sticks_apart)
          end if
          if (is_half(point)) tangent(2, 2) = 0
          if (ndim > 2) then
             tangent(ndim, ndim) = tangent(2, 2)
             if (point%friction > 0 .and. state == slides) then ! the force turns with the sliding
                sliding = sliding_of(point)
-               turning = (1 - caution)*point%stiffness*limit_of(point)/length_along(sliding)
+               turning = (1 - tangent_floor)*point%stiffness*limit_of(point)/length_along(sliding)
                sliding = sliding/length_along(sliding)
                tangent(2, 2) = tangent(2, 2) + turning*(1 - sliding(1)**2)
                tangent(ndim, ndim) = tangent(ndim, ndim) + turning*(1 - sliding(ndim - 1)**2)
@@ -264,7 +264,7 @@ contains
                tangent(ndim, 2) = tangent(2, ndim)
             end if
          end if
-         if (point%is_firm) tangent = interfaces%weight*tangent
+         if (point%is_penalty) tangent = interfaces%weight*tangent
       end associate
    end function stiffness_in_directions
 
@@ -279,21 +279,21 @@ contains
       if (present(last)) to = last
       do k = first, to
          call give_nodes(interfaces%list(k)%jump, &
-                         -merge(interfaces%weight, 1.0_dp, interfaces%list(k)%is_firm)*force_at(interfaces, k), force)
+                         -merge(interfaces%weight, 1.0_dp, interfaces%list(k)%is_penalty)*force_at(interfaces, k), force)
       end do
    end subroutine add_interface_forces
 
-   !> The forces on the nodes of firm faces alone [N].
-   pure function forces_of_firm_faces(interfaces, n_points) result(force)
+   !> The forces on the nodes of penalty faces alone [N].
+   pure function forces_of_penalty_contact(interfaces, n_points) result(force)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: n_points            !! of the grid
       real(dp) :: force(ndim, n_points)
       integer :: k
       force = 0
       do k = 1, interfaces%n
-         if (interfaces%list(k)%is_firm) call give_nodes(interfaces%list(k)%jump, -force_of(interfaces%list(k)), force)
+         if (interfaces%list(k)%is_penalty) call give_nodes(interfaces%list(k)%jump, -force_of(interfaces%list(k)), force)
       end do
-   end function forces_of_firm_faces
+   end function forces_of_penalty_contact
 
    !> Add the resistance of interface points, in their present state, to a small displacement of the nodes [N].
    pure subroutine add_interface_resistance(interfaces, u, force)

@@ -33,7 +33,7 @@ module hampm_plane_points
    real(dp), parameter :: of_contact = 3e4_dp
 
    !> The same with friction, which does not find its limits between faces as firm as those.
-   real(dp), parameter :: of_rubbing = 300
+   real(dp), parameter :: of_friction = 300
 
    real(dp), parameter :: none = 1e-14_dp        !! share of a node
 
@@ -355,8 +355,8 @@ contains
          associate (point => interfaces%list(interfaces%n))
             point%normal = identity(:, cut%axis)
             point%place = cut%in_space(middle)
-            point%is_firm = law == contact .and. .not. cut%friction > 0
-            call place_point(point, m, e, merge(of_contact, merge(of_rubbing, of_bonded, law == contact), point%is_firm), &
+            point%is_penalty = law == contact .and. .not. cut%friction > 0
+            call place_point(point, m, e, merge(of_contact, merge(of_friction, of_bonded, law == contact), point%is_penalty), &
                              area, none)
             point%length = sqrt(area)
             if (law /= contact) return

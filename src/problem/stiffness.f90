@@ -67,7 +67,7 @@ module hampm_stiffness
       integer, private :: layout = -1            !! of the blocks then; -1: none
       logical, allocatable, private :: fixed(:, :) !! the components that were fixed
       integer, allocatable, private :: states(:) !! states of interface points
-      real(dp), private :: caution = 0           !! see `interfaces_t`
+      real(dp), private :: tangent_floor = 0     !! see `interfaces_t`
       type(numbering_t) :: unknowns
       real(dp) :: point = 0                     !! squared frequency of the interface points [1/s2]
       logical, private :: iterates = .false.     !! by conjugate gradients
@@ -137,7 +137,7 @@ contains
       stiffness%fixed = m%constraints%fixed
       stiffness%states = interface_states(m%interfaces)
       stiffness%of_fronts = stiffnesses_at_fronts(m)
-      stiffness%caution = m%interfaces%caution
+      stiffness%tangent_floor = m%interfaces%tangent_floor
       call number(m, stiffness)
       if (stiffness%unknowns%n > 0) call assemble_and_factorise(m, stiffness, unsolved)
       stiffness%layout = merge(-1, m%fields%layout, unsolved%failed())
@@ -152,7 +152,7 @@ contains
       type(stiffness_kind_t), intent(in) :: kind
       fits = self%layout == m%fields%layout .and. all(m%materials%linear) .and. m%interfaces%n_cohesive == 0 .and. &
              self%kind%has_form_of(kind)
-      if (fits) fits = all(self%fixed .eqv. m%constraints%fixed) .and. .not. abs(self%caution - m%interfaces%caution) > 0
+      if (fits) fits = all(self%fixed .eqv. m%constraints%fixed) .and. abs(self%tangent_floor - m%interfaces%tangent_floor) <= 0
       if (fits) fits = all(self%states == interface_states(m%interfaces))
       if (fits) fits = .not. any(abs(self%of_fronts - stiffnesses_at_fronts(m)) > 0)
    end function fits

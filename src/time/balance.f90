@@ -4,7 +4,7 @@
 !> Newton's iteration (`hampm_newton`) solves it. An active-set iteration finds the pairs of nodes on faces, and the nodes on
 !> unilateral supports, that are pressed: tie where they would overlap, release where they would pull; all at once or, if that
 !> cycles, one by one in the order of their numbers, which ends for a convex potential (Murty 1974). If that fails, a step is
-!> divided: each part is half as long as the last try. A failed try leaves nothing behind: laws with a history go on from the state
+!> divided: each part is half as long as the last attempt, which leaves nothing behind: laws with a history go on from the state
 !> of the last part in balance.
 !>
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapter 10 (active sets); Judice & Pires, Comput. Oper. Res. 21 (1994)
@@ -44,8 +44,8 @@ module hampm_balance
       procedure :: advance_to
       procedure :: with_contact
       procedure :: finish
-      procedure(try), deferred :: try
-      procedure :: arrive
+      procedure(attempt_increment), deferred :: attempt_increment
+      procedure :: accept_increment
       procedure(most_divisions), deferred :: most_divisions
       procedure(likely_cause), deferred :: likely_cause
    end type balance_t
@@ -64,16 +64,16 @@ module hampm_balance
    end type start_t
 
    abstract interface
-      !> Try a part of a step. Fails where no balance is found; `is_rough` where it is one that shorter parts had better lead to.
-      subroutine try(self, m, part, start, is_rough, failure)
+      !> Attempt a part of a step. Fails where no balance is found; `needs_subincrements` where shorter parts had better lead to it.
+      subroutine attempt_increment(self, m, part, start, needs_subincrements, failure)
          import :: balance_t, problem_t, part_t, start_t, failure_t
          class(balance_t), intent(inout) :: self
          type(problem_t), intent(inout) :: m
          type(part_t), intent(in) :: part
          type(start_t), intent(in) :: start      !! state at its start
-         logical, intent(out) :: is_rough
+         logical, intent(out) :: needs_subincrements
          type(failure_t), intent(inout) :: failure
-      end subroutine try
+      end subroutine attempt_increment
 
       !> How often a step that fails is divided into two; 0 where parts of it would fail too.
       pure integer function most_divisions(self, m)
@@ -102,7 +102,7 @@ contains
       type(start_t) :: start
       real(dp) :: done, length
       integer :: divisions
-      logical :: is_rough
+      logical :: needs_subincrements
       done = 0
       length = 1
       divisions = 0
@@ -114,15 +114,15 @@ contains
          end if
          associate (part => part_t(done, done + length, m%state%time + (done + length)*(time - m%state%time), &
                                    length*(time - m%state%time)))
-            call self%try(m, part, start, is_rough, none)
-            if (none%failed() .or. is_rough .and. divisions < most_for_path) then
+            call self%attempt_increment(m, part, start, needs_subincrements, none)
+            if (none%failed() .or. needs_subincrements .and. divisions < most_for_path) then
                divisions = divisions + 1
                length = length/2
                if (none%failed() .and. divisions > self%most_divisions(m)) exit
                call go_back(m, start)
             else
                call archive_history(m)
-               call self%arrive(m, part)
+               call self%accept_increment(m, part)
                done = done + length
                length = min(2*length, 1 - done)
                divisions = max(0, divisions - 1)
@@ -140,11 +140,11 @@ contains
    end subroutine advance_to
 
    !> A part of a step has been followed. Here nothing.
-   subroutine arrive(self, m, part)
+   subroutine accept_increment(self, m, part)
       class(balance_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(part_t), intent(in) :: part
-   end subroutine arrive
+   end subroutine accept_increment
 
    !> Release the memory of the matrix.
    subroutine finish(self)

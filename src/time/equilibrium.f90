@@ -38,8 +38,8 @@ module hampm_equilibrium
       procedure :: advance
       procedure :: initialise
       procedure :: rescale
-      procedure :: try
-      procedure :: arrive
+      procedure :: attempt_increment
+      procedure :: accept_increment
       procedure :: most_divisions
       procedure :: likely_cause
       procedure :: serialise
@@ -133,15 +133,15 @@ contains
    !> Try a part of a load step. Fails where no equilibrium is found or, where bodies may buckle, none on the path from its start.
    !> It is rough where the work of the loads on a straight path is not the stored energy: the path is bent as faces or supports
    !> open or close.
-   subroutine try(self, m, part, start, is_rough, failure)
+   subroutine attempt_increment(self, m, part, start, needs_subincrements, failure)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(part_t), intent(in) :: part
       type(start_t), intent(in) :: start
-      logical, intent(out) :: is_rough
+      logical, intent(out) :: needs_subincrements
       type(failure_t), intent(inout) :: failure
       real(dp) :: stored
-      is_rough = .false.
+      needs_subincrements = .false.
       call go_to(self, m, between(self%first, self%last, part%from), between(self%first, self%last, part%to), part%length, failure)
       if (failure%failed()) return
       if (any(m%materials%is_finite) .or. m%interfaces%n_cohesive > 0) &
@@ -150,17 +150,17 @@ contains
       if (failure%failed() .or. .not. tells_work(m)) return
       stored = stored_energy(m) + dissipated_energy(m)
       associate (work => m%energies%external_work - start%instant%energies%external_work)
-         is_rough = abs(work - stored + start%stored) > off_energy*max(stored, start%stored)
+         needs_subincrements = abs(work - stored + start%stored) > off_energy*max(stored, start%stored)
       end associate
-   end subroutine try
+   end subroutine attempt_increment
 
    !> The equilibrium that was tried is taken.
-   subroutine arrive(self, m, part)
+   subroutine accept_increment(self, m, part)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(part_t), intent(in) :: part
       m%state%displacement = m%state%displacement + self%moved
-   end subroutine arrive
+   end subroutine accept_increment
 
    !> How often a step that fails is divided into two.
    pure integer function most_divisions(self, m)

@@ -30,7 +30,7 @@ module hampm_newmark
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
    use hampm_interface_points, only: stretch_interfaces, open_interfaces, kick_interfaces, interface_energy, ease_faces, &
-                                     forces_of_firm_faces
+                                     forces_of_penalty_contact
    use hampm_supports, only: lift_by
    use hampm_vectors, only: multiply, add_scaled, combine, correct, difference_over, product_with_sum
    implicit none
@@ -79,7 +79,7 @@ module hampm_newmark
       procedure :: note_start
       procedure :: go_to_start
       procedure :: begin
-      procedure :: try
+      procedure :: attempt_increment
       procedure :: most_divisions
       procedure :: likely_cause
       procedure :: serialise
@@ -156,8 +156,8 @@ contains
       real(dp), allocatable, intent(out) :: r(:, :) !! condensed [N], (ndim, n_points)
       real(dp), allocatable :: inertia(:, :), of_faces(:, :)
       call internal_force(m, r)
-      if (have_firm_faces(m)) then
-         allocate (of_faces, source=forces_of_firm_faces(m%interfaces, m%grid%n_points))
+      if (have_penalty_contact(m)) then
+         allocate (of_faces, source=forces_of_penalty_contact(m%interfaces, m%grid%n_points))
          r = r - of_faces
       end if
       if (.not. self%is_carried) return
@@ -210,16 +210,16 @@ contains
    end subroutine find_mass
 
    !> Try to move on by a part of a step. Fails where its forces are not balanced.
-   subroutine try(self, m, part, start, is_rough, failure)
+   subroutine attempt_increment(self, m, part, start, needs_subincrements, failure)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(part_t), intent(in) :: part
       type(start_t), intent(in) :: start
-      logical, intent(out) :: is_rough
+      logical, intent(out) :: needs_subincrements
       type(failure_t), intent(inout) :: failure
       type(loading_t) :: loading
       real(dp), allocatable :: shift(:, :)
-      is_rough = .false.
+      needs_subincrements = .false.
       call self%begin(m, part%end, part%length, loading, failure)
       if (failure%failed()) return
       allocate (shift, mold=loading%shift)
@@ -231,7 +231,7 @@ contains
          call self%with_contact(m, part%length, shift, failure)
       end if
       if (.not. failure%failed()) call finish_step(self, m, self%moved, loading, .not. is_linear(m), failure)
-   end subroutine try
+   end subroutine attempt_increment
 
    !> How often a step that fails is divided into two; with more a step is far too long.
    pure integer function most_divisions(self, m)
@@ -257,7 +257,7 @@ contains
       type(loading_t), intent(out) :: loading
       type(failure_t), intent(inout) :: failure
       real(dp) :: beta, gamma, dt
-      real(dp), allocatable :: a(:, :)           ! at the start, by all forces but those of firm faces [m/s2]
+      real(dp), allocatable :: a(:, :)           ! at the start, by all forces but those of penalty faces [m/s2]
       real(dp), allocatable :: inertia(:, :)     ! forces from outside with it [N]
       if (self%layout /= m%fields%layout) call find_mass(self, m)
       beta = (1 - self%alpha)**2/4
@@ -269,7 +269,7 @@ contains
       if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss
       call ease_faces(m%interfaces, dt*largest_wave_speed(m%materials, 'shear'))
       a = m%state%acceleration
-      call less_that_of_firm_faces(m, a, 1.0_dp, failure)
+      call subtract_penalty_contact(m, a, 1.0_dp, failure)
       if (.not. self%previous%is_now) call forces_at_start(self, m, self%previous%r)
       m%interfaces%weight = 1/(2*beta*(1 + self%alpha))
       call internal_force(m, self%r)
@@ -323,7 +323,7 @@ contains
       if (allocated(loading%factor)) call add_followers(m, loading%factor, loading%force)
       call book(self, m, loading, du, v)
       m%interfaces%weight = 1
-      call less_that_of_firm_faces(m, a, 0.5_dp*self%a_du*self%dt**2 - 1, failure)
+      call subtract_penalty_contact(m, a, 0.5_dp*self%a_du*self%dt**2 - 1, failure)
       call move_alloc(v, m%state%velocity)
       call move_alloc(a, m%state%acceleration)
       call move_alloc(loading%force, self%now%force)
@@ -334,24 +334,24 @@ contains
       if (m%audit) self%kinetic = kinetic_energy(m)
    end subroutine finish_step
 
-   !> Take some times the acceleration by the forces of firm faces from one of the nodes.
-   subroutine less_that_of_firm_faces(m, a, times, failure)
+   !> Take some times the acceleration by the forces of penalty faces from one of the nodes.
+   subroutine subtract_penalty_contact(m, a, times, failure)
       type(problem_t), intent(inout) :: m
       real(dp), intent(inout) :: a(:, :)         !! [m/s2], (ndim, n_points)
       real(dp), intent(in) :: times
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: by_faces(:, :)
-      if (.not. have_firm_faces(m)) return
-      call solve_mass_equation(m, forces_of_firm_faces(m%interfaces, m%grid%n_points), 0*a, by_faces, failure)
+      if (.not. have_penalty_contact(m)) return
+      call solve_mass_equation(m, forces_of_penalty_contact(m%interfaces, m%grid%n_points), 0*a, by_faces, failure)
       a = a - times*by_faces
-   end subroutine less_that_of_firm_faces
+   end subroutine subtract_penalty_contact
 
-   !> Whether any faces that may touch are firm.
-   pure logical function have_firm_faces(m) result(have)
+   !> Whether any faces that may touch have a penalty.
+   pure logical function have_penalty_contact(m) result(have)
       type(problem_t), intent(in) :: m
       have = m%interfaces%n_contact > 0
-      if (have) have = any(m%interfaces%list(:m%interfaces%n)%is_firm)
-   end function have_firm_faces
+      if (have) have = any(m%interfaces%list(:m%interfaces%n)%is_penalty)
+   end function have_penalty_contact
 
    !> Motion of fixed components in the step that ends at a time: central differences of the prescribed displacement.
    subroutine find_prescribed(m, shift, time, dt, prescribed)

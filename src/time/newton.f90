@@ -100,9 +100,9 @@ contains
          if (jumps) then
             n_jumps = n_jumps + 1
             if (n_jumps > most_jumps) exit
-            m%interfaces%caution = 1
+            m%interfaces%tangent_floor = 1
             call factorise_now(self, m, outer, rigid_constraints, failure)
-            m%interfaces%caution = 0
+            m%interfaces%tangent_floor = 0
             if (failure%failed()) exit
          end if
          largest = maxval(abs(self%k%unknowns%gather(r)))
@@ -156,7 +156,7 @@ contains
          if (touch_otherwise .and. allocated(self%predicted)) deallocate (self%predicted)
       end if
       if (m%interfaces%n > 0) m%interfaces%list%friction_limit = -1  ! friction limits follow the pressure again
-      m%interfaces%caution = 0
+      m%interfaces%tangent_floor = 0
       if (failure%failed()) return
       call check_rigid_constraints(m, rigid_constraints, r, sqrt(balanced)*scale, failure)
       if (done) then
@@ -476,7 +476,7 @@ contains
       real(dp), intent(inout) :: du(:, :)        !! (ndim, n_points)
       real(dp), parameter :: beyond = 0.1_dp     ! part of the work that forces may do against the displacement at its end
       real(dp), parameter :: hardly = 0.1_dp     ! part of a displacement that is little of it
-      real(dp), parameter :: least_caution = 1e-4_dp
+      real(dp), parameter :: least_floor = 1e-4_dp
       integer, parameter :: most_trials = 40
       real(dp), allocatable :: r(:, :)
       real(dp) :: part, left                     ! of the displacement, of the work there
@@ -506,10 +506,10 @@ contains
       end do
       du = part*du
       if (part < hardly) then                    ! something would move far that nothing but the faces holds
-         m%interfaces%caution = min(max(10*m%interfaces%caution, least_caution), 1.0_dp)
-      else if (m%interfaces%caution > 0) then
-         m%interfaces%caution = m%interfaces%caution/10
-         if (m%interfaces%caution < least_caution) m%interfaces%caution = 0
+         m%interfaces%tangent_floor = min(max(10*m%interfaces%tangent_floor, least_floor), 1.0_dp)
+      else if (m%interfaces%tangent_floor > 0) then
+         m%interfaces%tangent_floor = m%interfaces%tangent_floor/10
+         if (m%interfaces%tangent_floor < least_floor) m%interfaces%tangent_floor = 0
       end if
    end subroutine go_back_to_least
 
