@@ -261,12 +261,14 @@ def prepare():
 def restore(file, before, times, began):
     """Take a fault back, with what was compiled of it."""
     file.write_text(before)
-    os.utime(file, times)
     for name in ("quick", "quick3d"):
         for made in (TREE / "build" / name).iterdir():
             if made.stat().st_mtime >= began - 1 and made.is_file():
                 kept = CLEAN / name / made.name
-                shutil.copy2(kept, made) if kept.exists() else made.unlink()
+                made.unlink()                    # it may run
+                if kept.exists():
+                    shutil.copy2(kept, made)
+    os.utime(file, times)                        # at last: what has failed before is compiled anew
 
 
 def judge(fault, tests):
