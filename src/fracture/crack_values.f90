@@ -190,9 +190,28 @@ contains
    subroutine keep_crack_values(values, archive)
       type(crack_values_t), intent(inout) :: values
       class(archive_t), intent(inout) :: archive
-      integer :: k
+      integer :: k, n
       call archive_errors(values%errors, archive)
+      call archive%serialise('is_closed', values%is_closed)
+      call archive%serialise('is_turned', values%is_turned)
+      call archive%archive_reals('domain', modes, values%domain)
+      call archive%archive_reals('intensity', modes, values%intensity)
+      call archive%archive_reals('by_fields', modes, values%by_fields)
+      call archive%archive_reals('behind', modes, values%behind)
+      call archive%archive_reals('spread_of_k', modes, values%spread_of_k)
+      call archive%serialise('g_of_k', values%g_of_k)
+      call archive%serialise('uncertainty_of_j', values%uncertainty_of_j)
+      if (allocated(values%j)) then
+         n = size(values%j)
+         call archive%serialise('domains', n)
+         if (n /= size(values%j)) then           ! as many as there is room for
+            deallocate (values%j)
+            allocate (values%j(n))
+         end if
+         call archive%archive_reals('J', n, values%j)
+      end if
       do k = 1, size(values%estimates)
+         call archive%archive_reals('rate_'//trim(values%estimates(k)%by%name), modes, values%estimates(k)%rate)
          call archive_column(values%estimates(k)%error, trim(values%estimates(k)%by%name), archive)
       end do
    end subroutine keep_crack_values

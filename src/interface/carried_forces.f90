@@ -26,10 +26,10 @@ contains
    !> motion the layer bears them, and only the points that slide, or have something to spare, are renewed, within a step by more
    !> alone. `change` is the change over all forces, in the mean square, of what is carried and of what points that slide have to
    !> spare [-].
-   pure subroutine carry_forces(interfaces, near, at_rest, only_more, change)
+   pure subroutine carry_forces(interfaces, near, is_static, only_more, change)
       type(interfaces_t), intent(inout) :: interfaces
       type(nearby_t), intent(inout) :: near      !! table of their places, as in `find_points`
-      logical, intent(in) :: at_rest, only_more
+      logical, intent(in) :: is_static, only_more
       real(dp), intent(out) :: change
       real(dp), parameter :: reach = 1.5_dp      ! of a mean to either side [cells]
       real(dp) :: force(ndim, interfaces%n), mean(ndim), weight, area, spare, of_all
@@ -54,7 +54,7 @@ contains
          area = 0
          associate (point => interfaces%list(k))
             slides = point%friction > 0 .and. is_sliding(point)
-            if (.not. (at_rest .or. slides .or. point%spare > 0)) cycle
+            if (.not. (is_static .or. slides .or. point%spare > 0)) cycle
             call find_points(interfaces, near, point%origin, 2*point%cell, found)
             do j = 1, size(found)
                associate (other => interfaces%list(found(j)))
@@ -70,11 +70,11 @@ contains
             if (point%friction > 0) spare = max(0.0_dp, excess(force(:, k)/point%stiffness) &
                                                          - excess(mean)*merge(area/point%area, 1.0_dp, excess(mean) > 0))
             if (only_more) spare = max(spare, point%spare)
-            change = change + merge(point%stiffness*sum((mean - point%carried)**2), 0.0_dp, at_rest)
+            change = change + merge(point%stiffness*sum((mean - point%carried)**2), 0.0_dp, is_static)
             weight = point%stiffness*(spare - point%spare)**2
             point%spare = spare
-            if (at_rest .or. slides .or. is_sliding(point)) change = change + weight
-            if (.not. at_rest) cycle
+            if (is_static .or. slides .or. is_sliding(point)) change = change + weight
+            if (.not. is_static) cycle
             point%carried = mean
             point%slip = point%slid - along_faces(point, point%start)
          end associate

@@ -158,8 +158,8 @@ contains
       call take_moved(self, acceleration, dt, velocity)
    end subroutine hold_faces
 
-   !> After a step: commit slip where mean tractions reach the cone of friction, and damage. Points give back what they have to spare
-   !> here alone, where they slide by it and friction takes its energy.
+   !> After a step: commit slip where mean tractions reach the cone of friction, and damage. Points give back what they have to
+   !> spare here alone, where they slide by it and friction takes its energy.
    pure subroutine commit_faces(self, interfaces)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(inout) :: interfaces

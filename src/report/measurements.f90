@@ -585,7 +585,14 @@ contains
       type(measurements_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       integer :: k
+      logical :: has_measured                    ! tips in this step: growth goes on with their values, to the bit
       call archive%section('measurements')
+      has_measured = has_measured_tips(problem, m) .and. size(m%fronts) == 0
+      call archive%serialise('has_measured', has_measured)
+      if (archive%is_read .and. has_measured) then
+         m%steps = problem%state%steps
+         m%layout = problem%blocks%layout
+      end if
       call archive%serialise('initial_energy', m%initial_energy)
       call archive%serialise('largest_energy', m%largest_energy)
       call archive%serialise('kinetic_energy', m%kinetic_energy)

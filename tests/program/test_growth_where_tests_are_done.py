@@ -200,7 +200,8 @@ def test_the_halves_of_a_charpy_specimen_fly_on(hampm):
     print(begins, apart, np.max(row["contact_force_y"]), row["fracture_energy"][-1], left, right, weight, carried, end, np.max(np.abs(impulse - given)), missing(row), due)
     assert "separated at t = " in said and begins + 5e-6 < apart < 60e-6
     assert begins == pytest.approx(due, abs=0.6e-6)  # a sample, and rounding of its time
-    assert row["fracture_energy"][-1] == pytest.approx(1e3 * 0.01 * 5e-3, rel=0.02)
+    taken, cells = row["fracture_energy"][-1] / (1e3 * 0.01), 5e-3 / 0.5e-3  # length; in the first cell points take up to half a cell more (explanation/growth.md)
+    assert 1 - 0.2 / cells < taken / 5e-3 < 1 + 0.55 / cells
     assert missing(row) < 1e-12
     for part in (left, right, weight):
         assert part[:, :2] == pytest.approx(np.tile(part[0, :2], (len(part), 1)), abs=1e-4)
