@@ -100,41 +100,77 @@ contains
       type(constraints_t), intent(in) :: c
       type(interfaces_t), intent(in) :: old
       logical :: is_taken(ndim, m%grid%n_nodes)
-      integer :: k, d, last, next
+      integer :: k, d, last, k_last, next
       if (.not. any([(old%list(k)%law == support .and. any(abs(old%list(k)%opening) > 0), k=1, old%n)])) return
       is_taken = c%box > 0
       do k = 1, old%n
          associate (spring => old%list(k))
             if (spring%law /= support) cycle
             d = maxloc(abs(spring%normal), dim=1)
-            last = findloc([(c%box(d, c%node(next)) > 0 .and. is_at(c%node(next), spring%middle), next=1, size(c%node))], &
-                           .true., dim=1)
-            if (last == 0) cycle
-            do next = 1, m%grid%n_nodes
-               if (is_taken(d, next)) cycle
-               if (is_at(next, spring%origin)) exit
+            next = 0
+            do k_last = 1, size(c%node)
+               last = c%node(k_last)
+               if (c%box(d, last) == 0 .or. .not. is_at(last, spring%middle)) cycle
+               next = node_at_end(last, spring%origin)
+               if (next > 0) then
+                  if (.not. is_taken(d, next)) exit
+                  next = 0
+               end if
             end do
-            if (next > m%grid%n_nodes) cycle
+            if (next == 0) cycle
             is_taken(d, next) = .true.
             call add_interface_point(interfaces, support)
             interfaces%list(interfaces%n) = spring
-            interfaces%list(interfaces%n)%jump%node(:2) = [next, c%node(last)]
+            interfaces%list(interfaces%n)%jump%node(:2) = [next, last]
          end associate
       end do
 
    contains
 
-      !> Whether a node is at a place and has material.
+      !> Whether a node is at a place.
       pure logical function is_at(node, x)
          integer, intent(in) :: node
          real(dp), intent(in) :: x(ndim)         !! [m]
-         integer :: e
          is_at = all(abs(m%grid%node_position(:, node) - x) <= m%grid%forest%tolerance())
-         if (.not. is_at) return
-         associate (around => m%grid%dofs%elements_at(node))
-            is_at = any([(m%blocks%count_in(around(e)) > 0, e=1, size(around))])
-         end associate
       end function is_at
+
+      !> The node with material at a place; where nodes on both sides of a crack, or of bodies that meet, are there, the one that a
+      !> straight way through material leads to, along lines between cells. 0 if there is none.
+      pure integer function node_at_end(from, x) result(node)
+         integer, intent(in) :: from             !! node
+         real(dp), intent(in) :: x(ndim)         !! [m]
+         integer, allocatable :: around(:)
+         real(dp) :: way(ndim), step(ndim), nearest
+         integer :: n, k, best
+         logical :: are_there(m%grid%n_nodes)
+         do n = 1, m%grid%n_nodes
+            are_there(n) = is_at(n, x)
+            if (.not. are_there(n)) cycle
+            associate (cells => m%grid%dofs%elements_at(n))
+               are_there(n) = any([(m%blocks%count_in(cells(k)) > 0, k=1, size(cells))])
+            end associate
+         end do
+         node = findloc(are_there, .true., dim=1)
+         if (count(are_there) < 2) return
+         node = from
+         do n = 1, m%grid%n_nodes
+            if (is_at(node, x)) return
+            way = x - m%grid%node_position(:, node)
+            around = neighbours_of(m, node)
+            best = 0
+            nearest = norm(way) + m%grid%forest%tolerance()
+            do k = 1, size(around)
+               step = m%grid%node_position(:, around(k)) - m%grid%node_position(:, node)
+               if (norm(step - dot_product(step, way)/sum(way**2)*way) > m%grid%forest%tolerance()) cycle
+               if (.not. dot_product(step, way) > 0 .or. norm(step) > nearest) cycle
+               nearest = norm(step)
+               best = around(k)
+            end do
+            if (best == 0) exit
+            node = best
+         end do
+         node = 0
+      end function node_at_end
    end subroutine keep_springs
 
    !> Let no cells recombine in motion to one that has the end of a support with springs between its nodes: the last nodes of the

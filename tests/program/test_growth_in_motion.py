@@ -206,7 +206,7 @@ def test_faces_that_rub_know_no_order_of_points(hampm):
     one, other = (run_told(hampm, text.replace("-8.1e-3, 0.4e-3, 6.2e-3, 0.4e-3", points).replace("'last'", tips))[0]
                   for points, tips in (("-8.1e-3, -1.9e-3, 6.2e-3, 2.7e-3", "'last'"), ("6.2e-3, 2.7e-3, -8.1e-3, -1.9e-3", "'first'")))
     for name in ("strain_energy", "kinetic_energy", "friction_loss", "fracture_energy", "mouth_sliding"):
-        assert other[name] == pytest.approx(one[name], rel=0, abs=1e-9 * np.max(np.abs(one[name]))), name
+        assert other[name] == pytest.approx(one[name], rel=0, abs=5e-9 * np.max(np.abs(one[name]))), name  # to where balances with friction end
 
 
 @pytest.mark.verify
@@ -492,7 +492,7 @@ def test_a_crack_grows_in_a_plate_that_flies(hampm, law):
     for of in (still, row):
         taken = of["fracture_energy"][-1] / (0.05 * (of["crack_length"][-1] - of["crack_length"][0]))
         print(taken)
-        assert taken == pytest.approx(1, abs=0.05)
+        assert taken == pytest.approx(1, abs=0.06)
 
 
 def test_a_tip_that_its_cells_cannot_slow_down_says_so(hampm):
