@@ -5,7 +5,7 @@ module hampm_text
    implicit none
    private
    public :: string_t, to_text, lower_case, nearest_name, printable, did_you_mean, is_letter, is_digit, decimal, &
-             line, paragraph, add_line, joined, three_digits, digits_text, without_rounding, point_text, length_text
+             line, paragraph, add_line, append, joined, three_digits, digits_text, without_rounding, point_text, length_text
 
    integer, parameter :: widest = 118              !! characters in a line of a paragraph
 
@@ -20,6 +20,21 @@ module hampm_text
    end interface to_text
 
 contains
+
+   !> Add a part to the text of a buffer, which doubles where it is full: a long text is not copied for each part.
+   pure subroutine append(buffer, length, part)
+      character(:), allocatable, intent(inout) :: buffer
+      integer, intent(inout) :: length             !! of the text in it
+      character(*), intent(in) :: part
+      character(:), allocatable :: longer
+      if (length + len(part) > len(buffer)) then
+         allocate (character(2*len(buffer) + len(part)) :: longer)
+         longer(:length) = buffer(:length)
+         call move_alloc(longer, buffer)
+      end if
+      buffer(length + 1:length + len(part)) = part
+      length = length + len(part)
+   end subroutine append
 
    !> A text as a line.
    pure function line(text)

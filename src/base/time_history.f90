@@ -83,6 +83,7 @@ contains
             if (k <= size(self%times)) b = min(t, max(early, self%times(k)))
             integral = integral + (b - a)*(interpolate(self%times, self%factors, a) &
                                            + interpolate(self%times, self%factors, b))/2
+            if (b >= t) exit
             a = b
          end do
       end select
@@ -135,8 +136,17 @@ contains
       real(dp), intent(in) :: x(:)               !! ascending
       real(dp), intent(in) :: y(:)
       real(dp), intent(in) :: at
-      integer :: k
-      k = count(x <= at)
+      integer :: k, beyond, middle
+      k = 0                                      ! the last corner that is not beyond it, by bisection
+      beyond = size(x) + 1
+      do while (beyond - k > 1)
+         middle = (k + beyond)/2
+         if (x(middle) <= at) then
+            k = middle
+         else
+            beyond = middle
+         end if
+      end do
       if (k == 0) then
          interpolate = y(1)
       else if (k == size(x)) then

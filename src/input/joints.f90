@@ -16,16 +16,27 @@ contains
    pure logical function do_touch(model, i, j)
       type(model_t), intent(in) :: model
       integer, intent(in) :: i, j                !! numbers of the bodies
-      do_touch = model%bodies(i)%gap_to(model%bodies(j)) <= tolerance(model%grid)
+      do_touch = .not. are_apart(model, i, j)
+      if (do_touch) do_touch = model%bodies(i)%gap_to(model%bodies(j)) <= tolerance(model%grid)
    end function do_touch
 
    !> Whether cells of the lattice that two bodies reach into have a common node.
    pure logical function share_nodes(model, i, j)
       type(model_t), intent(in) :: model
       integer, intent(in) :: i, j                !! numbers of the bodies
-      share_nodes = all(first_node(model, model%bodies(i)) <= last_node(model, model%bodies(j)) .and. &
-                        first_node(model, model%bodies(j)) <= last_node(model, model%bodies(i)))
+      share_nodes = .not. are_apart(model, i, j)
+      if (share_nodes) share_nodes = all(first_node(model, model%bodies(i)) <= last_node(model, model%bodies(j)) .and. &
+                                         first_node(model, model%bodies(j)) <= last_node(model, model%bodies(i)))
    end function share_nodes
+
+   !> Whether three cells or more are between the boxes around two bodies: most pairs are told apart by this alone.
+   pure logical function are_apart(model, i, j)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: i, j                !! numbers of the bodies
+      associate (a => model%bodies(i), b => model%bodies(j), way => 3*model%grid%cell)
+         are_apart = any(a%lower > b%upper + way .or. b%lower > a%upper + way)
+      end associate
+   end function are_apart
 
    !> Whether a box holds a node, of the lattice, of a cell that any body reaches into.
    pure logical function holds_material(model, lower, upper)

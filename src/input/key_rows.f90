@@ -15,7 +15,7 @@ module hampm_key_rows
    integer, parameter :: is_assumed = 2            !! a model without the group gets it with its defaults
    integer, parameter :: is_optional = 3           !! a model without the group does without it
 
-   integer, parameter :: max_values = 1000         !! most values of any key
+   integer, parameter :: max_values = 10000        !! most values of any key
    integer, parameter :: list_len = 256            !! longest list of values or choices in this table
 
    !> A row of the table of groups.

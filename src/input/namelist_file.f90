@@ -28,7 +28,7 @@ module hampm_namelist_file
    end type scanner_t
 
    integer, parameter :: most_bytes = 2**22        !! longer than any input file
-   integer, parameter :: most_groups = 1000        !! each is compared with each other, and with each node
+   integer, parameter :: most_groups = 10000
    integer, parameter :: most_errors = 1000        !! more than anybody reads: the rest of the file is passed over
 
 contains

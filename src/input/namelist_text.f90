@@ -4,7 +4,7 @@ module hampm_namelist_text
    use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required
    use hampm_keys, only: groups, keys, first_key, key_count, allowed_text, default_count, default_value, is_text
    use hampm_settings, only: settings_t, setting_t
-   use hampm_text, only: to_text
+   use hampm_text, only: append, to_text
    use hampm_version, only: program_name
    implicit none
    private
@@ -80,44 +80,46 @@ contains
    !> The complete namelist of a validated model, every key with its effective value. It reads back as the same model.
    pure function canonical_text(settings) result(text)
       type(settings_t), intent(in) :: settings
-      character(:), allocatable :: text, group_text
-      integer :: g, entry, k
-      text = ''
-      group_text = ''
+      character(:), allocatable :: text
+      integer :: g, entry, k, length
+      length = 0
+      allocate (character(4096) :: text)
       do g = 1, size(groups)
          do entry = 1, settings%count
             if (settings%entries(entry)%group /= g) cycle
-            group_text = '&'//trim(groups(g)%name)//line_feed
+            call append(text, length, '&'//trim(groups(g)%name)//line_feed)
             do k = 1, key_count(g)
                if (ndim > 2 .and. any(keys(first_key(g) + k - 1)%name == [character(9) :: 'plane', 'thickness'])) cycle ! of planes
-               group_text = group_text//canonical_line(keys(first_key(g) + k - 1), settings%entries(entry)%settings(k))// &
-                            line_feed
+               call append_key(text, length, keys(first_key(g) + k - 1), settings%entries(entry)%settings(k))
             end do
-            text = text//group_text//'/'//line_feed
+            call append(text, length, '/'//line_feed)
          end do
       end do
+      text = text(:length)
    end function canonical_text
 
-   !> One key of the canonical text: `   young = 7.0e10`.
-   pure function canonical_line(key, setting) result(line)
+   !> Add one key to the canonical text: `   young = 7.0e10`.
+   pure subroutine append_key(text, length, key, setting)
+      character(:), allocatable, intent(inout) :: text
+      integer, intent(inout) :: length
       type(key_t), intent(in) :: key
       type(setting_t), intent(in) :: setting
-      character(:), allocatable :: line
       integer :: i
-      line = '   '//trim(key%name)//' ='
+      call append(text, length, '   '//trim(key%name)//' =')
       do i = 1, setting%count
-         if (i > 1) line = line//','
+         if (i > 1) call append(text, length, ',')
          if (is_text(key)) then
-            line = line//' '//in_quotes(setting%values(i)%text)
+            call append(text, length, ' '//in_quotes(setting%values(i)%text))
          else if (key%value_type == type_logical) then
-            line = line//' '//trim(merge('.true. ', '.false.', setting%numbers(i) > 0))
+            call append(text, length, ' '//trim(merge('.true. ', '.false.', setting%numbers(i) > 0)))
          else if (key%value_type == type_integer) then
-            line = line//' '//to_text(nint(setting%numbers(i)))
+            call append(text, length, ' '//to_text(nint(setting%numbers(i))))
          else
-            line = line//' '//to_text(setting%numbers(i))
+            call append(text, length, ' '//to_text(setting%numbers(i)))
          end if
       end do
-   end function canonical_line
+      call append(text, length, line_feed)
+   end subroutine append_key
 
    !> Text in quotes, quotes in it doubled.
    pure function in_quotes(text) result(quoted)

@@ -59,6 +59,9 @@ module hampm_settings
       character(:), allocatable :: file            !! path of the namelist file
       integer :: count = 0
       type(group_entry_t), allocatable :: entries(:) !! the first `count` are used
+      character(name_len), allocatable, private :: names(:) !! of these groups, each once
+      integer, allocatable, private :: counts(:)   !! how many have it
+      integer, allocatable, private :: positions(:, :) !! of these among the entries, (as many, names)
       type(input_errors_t) :: errors               !! found so far in them
    contains
       procedure :: add_entry
@@ -92,8 +95,9 @@ contains
       class(settings_t), intent(inout) :: self
       type(group_entry_t), intent(inout) :: entry
       type(group_entry_t), allocatable :: more(:)
-      integer :: i
-      if (.not. allocated(self%entries)) allocate (self%entries(16))
+      integer, allocatable :: positions(:, :)
+      integer :: i, k
+      if (.not. allocated(self%entries)) allocate (self%entries(16), self%names(0), self%counts(0), self%positions(0, 0))
       if (self%count == size(self%entries)) then
          allocate (more(2*self%count))
          do i = 1, self%count
@@ -102,6 +106,18 @@ contains
          call move_alloc(more, self%entries)
       end if
       self%count = self%count + 1
+      if (.not. any(self%names == entry%name)) then
+         self%names = [self%names, entry%name]
+         self%counts = [self%counts, 0]
+      end if
+      if (any(shape(self%positions) /= [size(self%entries), size(self%names)])) then
+         allocate (positions(size(self%entries), size(self%names)), source=0)
+         positions(:size(self%positions, 1), :size(self%positions, 2)) = self%positions
+         call move_alloc(positions, self%positions)
+      end if
+      k = findloc(self%names, entry%name, dim=1)
+      self%counts(k) = self%counts(k) + 1
+      self%positions(self%counts(k), k) = self%count
       call move_entry(entry, self%entries(self%count))
    end subroutine add_entry
 
@@ -168,8 +184,11 @@ contains
    pure integer function count_of(self, group)
       class(settings_t), intent(in) :: self
       character(*), intent(in) :: group
-      integer :: i
-      count_of = count([(self%entries(i)%name == group, i=1, self%count)])
+      integer :: k
+      count_of = 0
+      if (.not. allocated(self%names)) return
+      k = findloc(self%names, group, dim=1)
+      if (k > 0) count_of = self%counts(k)
    end function count_of
 
    !> Position of the n-th group of this name, 0 where there are fewer.
@@ -177,13 +196,11 @@ contains
       class(settings_t), intent(in) :: self
       character(*), intent(in) :: group
       integer, intent(in) :: instance
-      integer :: seen
-      seen = 0
-      do find = 1, self%count
-         if (self%entries(find)%name == group) seen = seen + 1
-         if (seen == instance) return
-      end do
+      integer :: k
       find = 0
+      if (instance < 1 .or. instance > self%count_of(group)) return
+      k = findloc(self%names, group, dim=1)
+      find = self%positions(instance, k)
    end function find
 
    !> Position of a key among the keys of its group, 0 for an unknown name.

@@ -16,7 +16,8 @@ module hampm_constraints
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: constraints_t, box_t, given_motion_t, constrain_box, hold_axis, rebuild_constraints, find_levers, hold, let_turn
+   public :: constraints_t, box_t, given_motion_t, constrain_box, add_box, hold_axis, rebuild_constraints, find_levers, hold, &
+             let_turn
 
    !> How held nodes are moved.
    type :: given_motion_t
@@ -80,11 +81,20 @@ contains
       if (allocated(self%boxes)) call self%boxes%motion%history%scale_to(factor)
    end subroutine scale_ways
 
-   !> Fix or move the `components` of all nodes within a box, its faces included; where boxes overlap the last one counts. Nodes
-   !> within `reach`, if given, are held as well: beyond the end of a body, where its last cells have nodes.
-   subroutine constrain_box(c, grid, lower, upper, components, motion, reach)
+   !> Fix or move the `components` of all nodes within a box, its faces included; where boxes overlap the last one counts.
+   subroutine constrain_box(c, grid, lower, upper, components)
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
+      logical, intent(in) :: components(ndim)
+      call add_box(c, lower, upper, components)
+      call rebuild_constraints(c, grid)
+   end subroutine constrain_box
+
+   !> Add a box to those whose nodes the next rebuild finds. Nodes within `reach`, if given, are held as well: beyond the end of a
+   !> body, where its last cells have nodes.
+   pure subroutine add_box(c, lower, upper, components, motion, reach)
+      type(constraints_t), intent(inout) :: c
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
       logical, intent(in) :: components(ndim)
       type(given_motion_t), intent(in), optional :: motion
@@ -104,8 +114,7 @@ contains
       boxes(size(boxes))%components = components
       if (present(motion)) boxes(size(boxes))%motion = motion
       call move_alloc(boxes, c%boxes)
-      call rebuild_constraints(c, grid)
-   end subroutine constrain_box
+   end subroutine add_box
 
    !> Hold all nodes on the axis of axisymmetric material in the direction of the radius.
    subroutine hold_axis(c, grid)
@@ -291,6 +300,7 @@ contains
       end associate
       do i = 1, grid%n_nodes
          associate (x => grid%node_position(:, i), box => c%boxes(k))
+            if (x(1) < box%reach(1, 1) - margin .or. x(1) > box%reach(1, 2) + margin) cycle ! most are apart in one direction
             if (.not. all(x >= box%reach(:, 1) - margin .and. x <= box%reach(:, 2) + margin)) cycle
             if (.not. is_beside(grid, i, box, margin)) cycle
             held = box%components .and. .not. (grid%cut_cells%freed_at(x) .or. freed_by_planes(grid, x))

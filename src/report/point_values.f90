@@ -58,7 +58,7 @@ contains
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box in the reference configuration [m]
       type(view_t), intent(out) :: view
       real(dp), parameter :: margin = 4          ! cells
-      integer :: k, i, n
+      integer :: is_near(m%particles%n), k, i, n
       view%joined = joined
       n = 0
       allocate (view%lines(count([(cracks%crack(k)%face == both_faces, k=1, size(cracks%crack))])))
@@ -67,10 +67,16 @@ contains
          n = n + 1
          view%lines(n)%points = cracks%crack(k)%open_part()
       end do
-      associate (x => m%particles%reference, far => margin*m%grid%forest%cell)
-         view%particle = pack([(i, i=1, m%particles%n)], &
-                              [(.not. any(x(i, :) < lower - far .or. x(i, :) > upper + far), i=1, m%particles%n)])
+      n = 0
+      associate (x => m%particles%reference, from => lower - margin*m%grid%forest%cell, to => upper + margin*m%grid%forest%cell)
+         do i = 1, m%particles%n                 ! in one direction first: most are apart there
+            if (x(i, 1) < from(1) .or. x(i, 1) > to(1)) cycle
+            if (any(x(i, :) < from .or. x(i, :) > to)) cycle
+            n = n + 1
+            is_near(n) = i
+         end do
       end associate
+      view%particle = is_near(:n)
    end subroutine new_view
 
    !> Find the particles around a point: of the nearest one's material and of bodies that are one with its own; on the interface of

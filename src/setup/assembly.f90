@@ -3,7 +3,7 @@ module hampm_assembly
    use hampm_kinds, only: dp, ndim, plane
    use hampm_basis, only: edge_margin
    use hampm_bodies, only: pieces_t, cut_into_pieces, fill_rectangle, fill_outline
-   use hampm_constraints, only: constrain_box, hold_axis
+   use hampm_constraints, only: add_box, rebuild_constraints, hold_axis
    use hampm_crack_placement, only: distance_in_material, held_ahead, region_in, least_radius
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, last_point, take_planes
@@ -90,10 +90,10 @@ contains
       if (failure%failed()) return
       do k = 1, size(model%constraints)
          associate (c => model%constraints(k))
-            call constrain_box(problem%constraints, problem%grid, c%lower, c%upper, c%fixed, c%motion, &
-                               reach_of(model, c%lower, c%upper))
+            call add_box(problem%constraints, c%lower, c%upper, c%fixed, c%motion, reach_of(model, c%lower, c%upper))
          end associate
       end do
+      call rebuild_constraints(problem%constraints, problem%grid)
       if (model%run%thickness%is_ring) call hold_axis(problem%constraints, problem%grid)
       call check_supports(problem, failure)
       if (failure%failed()) return

@@ -372,8 +372,10 @@ contains
       real(dp), allocatable, intent(out) :: offset(:, :) !! (ndim, n_points)
       logical, intent(out) :: has_offset
       real(dp), parameter :: rounding = 1e-12_dp ! part of a displacement
-      real(dp) :: turn(ndim, size(m%constraints%node))
+      real(dp) :: turn(ndim, size(m%constraints%node)), slight
       integer :: k, d
+      slight = 0
+      if (allocated(m%constraints%turning)) slight = rounding*maxval(abs(moved))
       allocate (offset(ndim, m%grid%n_points), source=0.0_dp)
       has_offset = .false.
       associate (c => m%constraints)
@@ -383,7 +385,7 @@ contains
                associate (i => c%node(k))
                   if (.not. c%fixed(d, i)) cycle
                   offset(d, i) = merge(-c%lift(d, i), shift(d, i) + turn(d, k) - moved(d, i), c%supported(d, i))
-                  if (allocated(c%turning) .and. abs(offset(d, i)) <= rounding*maxval(abs(moved))) offset(d, i) = 0
+                  if (abs(offset(d, i)) <= slight) offset(d, i) = 0
                   has_offset = has_offset .or. abs(offset(d, i)) > 0
                end associate
             end do

@@ -1,7 +1,7 @@
 !> Constraints hold the chosen components of the nodes in their boxes, and nothing else.
 program test_constraints
    use hampm_kinds, only: dp, ndim
-   use hampm_constraints, only: constraints_t, given_motion_t, constrain_box, hold
+   use hampm_constraints, only: constraints_t, given_motion_t, constrain_box, add_box, rebuild_constraints, hold
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t
@@ -39,8 +39,9 @@ program test_constraints
    call check(size(c%node) == 9 .and. all(c%node(2:) > c%node(:8)), 'each held node is listed once, in ascending order')
 
    call check(.not. c%move(), 'nothing moves that is only held')
-   call constrain_box(c, grid, [0.5_dp, 0.0_dp], [0.5_dp, 0.3_dp], [.true., .false.], &
-                      given_motion_t([0.2_dp, 0.0_dp], [0.1_dp, 0.0_dp], time_history_t('ramp', rise_time=2.0_dp)))
+   call add_box(c, [0.5_dp, 0.0_dp], [0.5_dp, 0.3_dp], [.true., .false.], &
+                given_motion_t([0.2_dp, 0.0_dp], [0.1_dp, 0.0_dp], time_history_t('ramp', rise_time=2.0_dp)))
+   call rebuild_constraints(c, grid)
    call check(c%move(), 'a box with a motion moves its nodes')
    way = c%prescribed_at(3.0_dp)
    wrong = 0
