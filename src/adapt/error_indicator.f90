@@ -102,26 +102,38 @@ contains
       stress_components = merge(n_stress + 1, n_stress, p%thickness%is_ring)
    end function stress_components
 
-   !> Elastic energy per volume of a small stress of so many components [J/m3].
-   pure real(dp) function energy_of_stress(material, stress) result(energy)
+   !> Elastic energy per volume of a small stress of so many components; or its product with another stress in that energy [J/m3].
+   pure real(dp) function energy_of_stress(material, stress, other) result(energy)
       type(material_t), intent(in) :: material
+      real(dp), intent(in) :: stress(:)          !! [Pa]
+      real(dp), intent(in), optional :: other(:) !! [Pa]
+      if (present(other)) then
+         energy = material%stress_energy_density(in_plane_of(stress), stress(size(stress)), in_plane_of(other), other(size(other)))
+      else
+         energy = material%stress_energy_density(in_plane_of(stress), stress(size(stress)))
+      end if
+   end function energy_of_stress
+
+   !> The components in the plane.
+   pure function in_plane_of(stress) result(in_plane)
       real(dp), intent(in) :: stress(:)          !! [Pa]
       real(dp) :: in_plane(ndim, ndim)
       integer :: j
       do j = 1, ndim                             ! reshape would be a call of the library
          in_plane(:, j) = stress((j - 1)*ndim + 1:j*ndim)
       end do
-      energy = material%stress_energy_density(in_plane, stress(size(stress)))
-   end function energy_of_stress
+   end function in_plane_of
 
-   !> The squared error of stress at each particle in the energy norm, with its volume [J], for each of some fields of stress.
-   subroutine errors_at_particles(m, stress, error)
+   !> The squared error of stress at each particle in the energy norm, with its volume [J], for each of some fields of stress, or
+   !> its product with that of another field.
+   subroutine errors_at_particles(m, stress, error, with)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: stress(:, :)               !! of the particles, a field after the other [Pa], (components, particles)
       real(dp), allocatable, intent(out) :: error(:, :)  !! (particles, fields)
+      integer, intent(in), optional :: with(:)           !! which other field, (fields)
       real(dp), allocatable :: nodal(:, :), coefficient(:, :, :), edge(:)
       real(dp) :: off(size(stress, 1))
-      integer :: i, k, field
+      integer :: i, k, field, other
       associate (p => m%particles, grid => m%grid, n => stress_components(m%particles))
          allocate (nodal(size(stress, 1), grid%n_points), error(p%n, size(stress, 1)/n))
          if (grid%is_quadratic()) allocate (coefficient(n_terms, size(stress, 1), grid%n_nodes), edge(grid%n_nodes))
@@ -143,7 +155,10 @@ contains
                   end associate
                end if
                do field = 1, size(error, 2)
-                  error(i, field) = p%volume(i)*2*energy_of_stress(m%materials(p%material(i)), off(n*(field - 1) + 1:n*field))
+                  other = field
+                  if (present(with)) other = with(field)
+                  error(i, field) = p%volume(i)*2*energy_of_stress(m%materials(p%material(i)), off(n*(field - 1) + 1:n*field), &
+                                                                   off(n*(other - 1) + 1:n*other))
                end do
             end do
          end do

@@ -7,9 +7,8 @@ module hampm_crack_errors
    use hampm_cracks, only: cracks_t, first_point
    use hampm_estimated_errors, only: relative_errors, hardly, uncertainty
    use hampm_expected_error, only: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, &
-                                   find_static_tips, error_by_lengths, place_of_tip, tip_zone, lost_by_locking, disc_of_shifts
+                                   find_static_tips, error_by_lengths, place_of_tip, lost_by_locking, disc_of_shifts
    use hampm_failure, only: failure_t
-   use hampm_loads, only: largest_factors
    use hampm_mass_solver, only: mass_solver_t
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
@@ -30,17 +29,19 @@ contains
 
    !> Before the first step: estimate the relative errors of the chosen estimators at each tip, from the static solution. For
    !> history-dependent material, or an absent crack, none is known.
-   subroutine estimate_errors(problem, cracks, rest, extrapolation, values, failure)
+   subroutine estimate_errors(problem, cracks, rest, extrapolation, values, failure, time)
       type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
       type(stiffness_t), intent(inout) :: rest   !! that is factorised
       type(mass_solver_t), intent(inout) :: extrapolation
       type(crack_values_t), intent(inout) :: values(:) !! by tip
       type(failure_t), intent(inout) :: failure
+      real(dp), intent(in), optional :: time     !! of the loads; else their largest factors count [s]
       type(static_model_t) :: model
       type(static_tips_t) :: static_tips
       logical :: at_nodes
       real(dp) :: lost
+      real(dp), allocatable :: far(:, :)         ! errors of K by other cells, by mode and tip [Pa sqrt(m)]
       integer :: k
       if (size(values) == 0) return
       if (size(values(1)%estimates) == 0 .and. .not. allocated(values(1)%j)) return
@@ -48,7 +49,8 @@ contains
       if (any(cracks%crack%waits)) return
       associate (tips => cracks%tips(:size(values)))
          at_nodes = all(tips%nodes%tip > 0)
-         call find_equilibrium(problem, rest, model)
+         call find_equilibrium(problem, rest, model, time)
+         if (present(time) .and. .not. model%known) call find_equilibrium(problem, rest, model)
          if (.not. at_nodes) call find_static_tips(problem, rest, model, tips, static_tips)
          do k = 1, size(values)
             values(k)%errors%cell = tips(k)%nodes%spacing
@@ -60,9 +62,10 @@ contains
             end if
          end do
          if (static_tips%known) then
+            far = errors_by_cells(problem, tips, static_tips)
             !$omp parallel do schedule(static, 1)
             do k = 1, size(values)
-               call estimate_by_shifts(problem, tips, k, static_tips, values(k))
+               call estimate_by_shifts(problem, tips, k, static_tips, far(:, k), values(k))
             end do
          end if
       end associate
@@ -139,7 +142,7 @@ contains
          end if
          call displace(problem, crack%u, p)
          found = values
-         call estimate_rates(problem, crack%scale*largest_factors(problem%loads), tip, p, &
+         call estimate_rates(problem, crack%scale*crack%factors, tip, p, &
                              nodal_state_t(divergence=crack%acceleration), extrapolation, found, failure)
          if (failure%failed()) return
          errors%by_mode = .true.
@@ -170,19 +173,20 @@ contains
    !> true place; nearby tips have place errors too. The error of the other cells is added.
    !>
    !> The change of K for a tip that acts at d ahead of the assumed place is d dK/da less the change of K evaluated at d.
-   subroutine estimate_by_shifts(problem, tips, number, static_tips, values)
+   subroutine estimate_by_shifts(problem, tips, number, static_tips, by_cells, values)
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tips(:)
       integer, intent(in) :: number              !! of the tip
       type(static_tips_t), intent(in) :: static_tips
+      real(dp), intent(in) :: by_cells(modes)    !! error of K by those apart from the tips [Pa sqrt(m)]
       type(crack_values_t), intent(inout) :: values
       real(dp), parameter :: no_shift(ndim) = 0
       real(dp), parameter :: narrow = 6          ! cells, discs in which those that change their shape are too few to tell
       integer, parameter :: most_others = 4      ! that are counted: what others change falls with the square of their distance
-      real(dp) :: k(modes), k_there(modes), k_here(modes), j, j_there, j_here, of_k(modes), of_j, by_cells
+      real(dp) :: k(modes), k_there(modes), k_here(modes), j, j_there, j_here
+      real(dp) :: of_k(modes), of_j, far(modes), far_of_j
       real(dp) :: off_of_j(modes), off_of_k(modes)
-      real(dp) :: places(ndim, size(tips)), distance, missing(3), about_mean
-      real(dp), allocatable :: u(:, :, :)
+      real(dp) :: distance
       type(crack_values_t) :: found(2)           ! with the tip sought at its own place, and beside it
       type(particles_t) :: p
       type(tip_field_t) :: field(2)
@@ -208,33 +212,21 @@ contains
                call find(0.0_dp*static_tips%moved(:, :, 1), -h/2*tips(t)%direction, k_here, j_here)
                k_there = k_there + 2*k_here
             end if
-            of_k = of_k + off_of_k*abs(k_there)/2
+            of_k = hypot(of_k, off_of_k*abs(k_there)/2) ! places are independent
          end do
-         do d = 1, size(tips)
-            places(:, d) = tips(d)%place
-         end do
-         associate (moved => static_tips%moved(:, :, number))
-            allocate (u(ndim, size(moved, 2), 3))
-            u(:, :, 1) = static_tips%u + h*moved
-            u(:, :, 2) = static_tips%u - h*moved
-            u(:, :, 3) = static_tips%u
-            missing = missing_energies(problem, spread(places, 3, 3), tip_zone*h, u, about_mean)
-            by_cells = abs(missing(1) - missing(2))/(2*h*problem%particles%thickness%at(tips(number)%now))
-            if (tips(number)%is_half()) by_cells = 2*by_cells
-            if (maxval(tips(number)%radii) < narrow*h) by_cells = 0
-            by_cells = max(by_cells, missing(3)/max(about_mean, tiny(j))*abs(j))
-         end associate
       end associate
       if (.not. (abs(j) > 0 .and. norm(k) > 0)) return
+      far = by_cells
+      if (tips(number)%is_half()) far(2) = 0
+      field = fields_at(problem%materials, tips(number))
+      far_of_j = abs(field(1)%rate_of(k + far) - field(1)%rate_of(k - far))/2
       associate (errors => values%errors)
-         errors%of_tip = of_j/(of_j + by_cells + tiny(1.0_dp))
-         errors%j%relative = (of_j + by_cells)/abs(j)
-         errors%intensity%relative = maxval(of_k)/norm(k) + by_cells/(2*abs(j))
-         if (tips(number)%phase_length > 0) then ! along which the tip is: it is astray ahead and behind alone
-            field = fields_at(problem%materials, tips(number))
+         errors%of_tip = of_j/(of_j + far_of_j + tiny(1.0_dp))
+         errors%j%relative = (of_j + far_of_j)/abs(j)
+         errors%intensity%relative = (maxval(of_k) + maxval(abs(far)))/norm(k)
+         if (tips(number)%phase_length > 0) & ! along which the tip is: it is astray ahead and behind alone
             errors%intensity%relative = (of_k + turn_of(field(1))*norm(of_k))/norm(k) &
-                                        + by_cells/(2*abs(j))*(turn_of(field(1)) + abs(k)/norm(k))
-         end if
+                                        + norm(far)/norm(k)*(turn_of(field(1)) + abs(k)/norm(k))
          do t = 1, size(values%estimates)
             values%estimates(t)%error%relative = errors%j%relative
          end do
@@ -254,11 +246,31 @@ contains
          tip%radii = [disc_of_shifts(tip)]
          call displace(problem, static_tips%u + u, p, tip%now, tip%radii(1) + norm(shift))
          associate (values => found(merge(2, 1, any(abs(shift) > 0))))
-            call measure_domain(problem, static_tips%scale*largest_factors(problem%loads), tip, p, &
+            call measure_domain(problem, static_tips%scale*static_tips%factors, tip, p, &
                                 nodal_state_t(divergence=static_tips%acceleration), values, shift)
             k = values%intensity
             j = values%j(1)
          end associate
       end subroutine find
    end subroutine estimate_by_shifts
+
+   !> Errors of K of the tips by the cells apart from all of them, by mode [Pa sqrt(m)]: the product a(e, e') of the errors of the
+   !> displacement and of the dual one of K in these cells (Becker & Rannacher 2001), with the uncertainty of that.
+   function errors_by_cells(problem, tips, static_tips) result(far)
+      type(problem_t), intent(in) :: problem
+      type(crack_tip_t), intent(in) :: tips(:)
+      type(static_tips_t), intent(in) :: static_tips
+      real(dp) :: far(modes, size(tips))
+      real(dp), parameter :: apart = 5 + 1e-6_dp ! cells from the tip: nearer ones have a part in the error of its place
+      real(dp) :: u(ndim, size(static_tips%u, 2), 0:modes*size(tips)), products(0:modes*size(tips)), places(ndim, size(tips))
+      integer :: k
+      u(:, :, 0) = static_tips%u
+      u(:, :, 1:) = reshape(static_tips%dual, shape(u(:, :, 1:)))
+      do k = 1, size(tips)
+         places(:, k) = tips(k)%place
+      end do
+      products = missing_energies(problem, spread(places, 3, size(products)), apart*tips%nodes%spacing, u, &
+                                  spread(1, 1, size(products)))
+      far = 2*(1 + uncertainty)*reshape(products(1:), [modes, size(tips)]) ! an energy is half of the product
+   end function errors_by_cells
 end module hampm_crack_errors

@@ -23,17 +23,19 @@ module hampm_expected_error
    use hampm_stiffness, only: stiffness_t, is_larger, kind_at_rest, new_stiffness, full_loads
    use hampm_element_stiffness, only: derivatives_at, n_derivatives
    use hampm_tip_domain, only: tip_domain_t, weight_nodes, fields_at
-   use hampm_loads, only: largest_factors
+   use hampm_loads, only: factors_at, largest_factors
+   use hampm_material, only: material_t
    use hampm_tensors, only: norm, identity, trace
-   use hampm_missing_energy, only: gradient_of, missing_energies
+   use hampm_missing_energy, only: gradient_of, gradient_by, stress_of, missing_energies
    implicit none
    private
    public :: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, find_static_tips, &
-             error_by_lengths, place_of_tip, tip_zone, lost_by_locking, disc_of_shifts
+             error_by_lengths, place_of_tip, lost_by_locking, disc_of_shifts
 
-   !> A static model under its largest loads, scaled down to small gradients.
+   !> A static model under its loads, scaled down to small gradients.
    type :: static_model_t
       logical :: known = .false.
+      real(dp), allocatable :: factors(:)        !! of these loads [-]
       real(dp) :: scale = 1                      !! scale of these loads [-]
       real(dp) :: energy = 0                     !! half of the work of the forces [J]
       real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
@@ -44,6 +46,8 @@ module hampm_expected_error
    !> The model, and its change with the places of its tips.
    type, extends(static_model_t) :: static_tips_t
       real(dp), allocatable :: moved(:, :, :)    !! its derivative by the way of each tip [-], (ndim, n_points, tips)
+      real(dp), allocatable :: dual(:, :, :, :)  !! displacement by forces whose product with another is K of a mode
+                                                 !! of a tip [Pa sqrt(m) m/J], (ndim, n_points, modes, tips)
    end type static_tips_t
 
    integer, parameter :: most_turns = 5              !! of solving and looking which faces part
@@ -172,14 +176,15 @@ contains
       if (crack%known) call find_far_error(m, tips, condensation, to_g, crack)
    end subroutine find_static_crack
 
-   !> Static solution under all loads, scaled to small gradients, with free rigid-body modes; not known if all loads act on supports
-   !> or do no more than that, and for too many unknowns. Contacting faces are free where they separate, and hold with friction
-   !> where they do not and do not slide.
-   subroutine find_equilibrium(m, rest, model)
+   !> Static solution under all loads and moved supports at a time, or by their largest factors, scaled to small gradients, with
+   !> free rigid-body modes; not known if nothing strains it, and for too many unknowns. Contacting faces are free where they
+   !> separate, and hold with friction where they do not and do not slide.
+   subroutine find_equilibrium(m, rest, model, time)
       type(problem_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: rest   !! that is factorised
       type(static_model_t), intent(out) :: model
-      real(dp), allocatable :: force(:, :)
+      real(dp), intent(in), optional :: time     !! [s]
+      real(dp), allocatable :: force(:, :), shift(:, :), held_back(:, :) ! of moved supports, and its forces
       real(dp), parameter :: nothing = 1.0e-10_dp !! rounding of forces, as part of them
       type(interfaces_t) :: before
       real(dp) :: largest                        ! [N]
@@ -188,9 +193,13 @@ contains
       model%known = .not. is_larger(m, most_unknowns)
       if (.not. model%known) return
       before = m%interfaces
-      call full_loads(m, force)
+      model%factors = largest_factors(m%loads)
+      if (present(time)) model%factors = factors_at(m%loads, time)
+      call full_loads(m, force, model%factors)
       if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not forces that stop bodies, which have no size
       call add_eigenstrains(m, force)
+      call hold_back(m, shift, held_back, time)
+      force = force + held_back
       largest = maxval(abs(force))
       call find_free_motions(m, model%free)
       call take_inertia(model%free, force, model%acceleration)
@@ -200,6 +209,8 @@ contains
          if (model%known) call new_stiffness(m, most_unknowns, rest, model%known, kind_at_rest(m, model%free%rigid_constraints))
          if (.not. model%known) exit
          call rest%solve(m, force, model%u)
+         model%energy = sum(force*model%u)/2 - sum((model%u + shift/2)*held_back)
+         model%u = model%u + shift
          call take_motion_as_whole(model%free, model%u)
          call part_faces(m%interfaces, model%u, is_new)
          if (.not. is_new) exit
@@ -208,8 +219,37 @@ contains
       if (.not. model%known) return
       if (.not. any(m%materials%has_eigenstrain)) call make_small(m, model%u, model%scale)
       model%acceleration = model%scale*model%acceleration
-      model%energy = model%scale*sum(force*model%u)/2
+      model%energy = model%scale**2*model%energy
    end subroutine find_equilibrium
+
+   !> The displacement of moved supports at a time, or by their largest factors, of all other points 0, and the forces with which
+   !> the material next to them acts against it.
+   subroutine hold_back(m, shift, force, time)
+      type(problem_t), intent(in) :: m
+      real(dp), allocatable, intent(out) :: shift(:, :), force(:, :) !! [m], [N], (ndim, n_points)
+      real(dp), intent(in), optional :: time     !! [s]
+      real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), stress(ndim*ndim + 1)
+      integer :: i
+      allocate (shift(ndim, m%grid%n_points), force(ndim, m%grid%n_points), source=0.0_dp)
+      if (present(time)) then
+         if (m%constraints%number() > 0) shift(:, :m%grid%n_nodes) = m%constraints%prescribed_at(time)
+      else
+         shift(:, :m%grid%n_nodes) = m%constraints%largest_prescribed()
+      end if
+      if (.not. any(abs(shift) > 0)) return
+      call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, shift)
+      associate (p => m%particles)
+         do i = 1, p%n
+            associate (at => m%grid%support_of(p%cell(i)), material => m%materials(p%material(i)))
+               if (.not. any(abs(shift(:, at)) > 0)) cycle
+               gradient = derivatives_at(m, i)
+               stress(:ndim*ndim + n_derivatives(m) - ndim) = stress_of(material, gradient_by(shift, at, gradient))
+               force(:, at) = force(:, at) - p%volume(i)*matmul(reshape(stress, [ndim, ndim]), transpose(gradient(:, :ndim)))
+               if (material%is_ring) force(1, at) = force(1, at) - p%volume(i)*stress(ndim*ndim + 1)*gradient(:, ndim + 1)
+            end associate
+         end do
+      end associate
+   end subroutine hold_back
 
    !> Open faces in contact that a displacement separates, and let those slide freely whose friction it overcomes, for good: K_II of
    !> faces that slide has the error of one without their friction, whose field is smooth. `is_new`: any that did not before.
@@ -428,7 +468,7 @@ contains
       k = merge(size(tips), 1, m%grid%is_quadratic())
       associate (h => tips(1)%nodes%spacing)
          places(:, 1, 2) = places(:, 1, 2) - h*tips(1)%axis(:, 1)
-         missing = missing_energies(m, places(:, :k, :), tip_zone*h, u)
+         missing = missing_energies(m, places(:, :k, :), spread(tip_zone*h, 1, k), u, [1, 2])
       end associate
       crack%by_cells = to_g*(missing(1) - missing(2))*work/sum(work)
    end subroutine find_far_error
@@ -439,76 +479,107 @@ contains
       radius = max(min(minval(tip%radii), maxval(tip%radii)/2), min(2*tip%nodes%spacing, maxval(tip%radii)))
    end function disc_of_shifts
 
-   !> Find what changes as the tips of a model at rest move, where it is known.
+   !> Find what changes as the tips of a model at rest move, where it is known, and the dual displacements z of K. The product in
+   !> J = -(K' u) . u/(2 B) of u and the field a of a unit K of a mode, with the energy release rate Y of that, is
+   !>
+   !>    K_m = -(K' a) . u/(2 B Y),   so that   K z = -K' a/(2 B Y)   and an error e of u changes K_m by a(e, z).
    subroutine find_static_tips(m, rest, model, tips, is_static)
       type(problem_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: rest   !! factorised for it
       type(static_model_t), intent(in) :: model
       type(crack_tip_t), intent(in) :: tips(:)   !! all with radii
       type(static_tips_t), intent(out) :: is_static
-      real(dp), allocatable :: force(:, :), forces(:, :, :), unused(:, :)
+      real(dp), allocatable :: forces(:, :, :), moved(:, :, :), unused(:, :)
       real(dp) :: pressure
       integer :: k
       is_static%static_model_t = model
       if (.not. model%known) return
-      allocate (forces(ndim, m%grid%n_points, size(tips)))
+      allocate (forces(ndim, m%grid%n_points, (1 + modes)*size(tips)), source=0.0_dp)
       do k = 1, size(tips)
-         pressure = model%scale*sum(largest_factors(m%loads)*m%loads%pressure, mask=m%loads%line == tips(k)%crack)/(2*ndim)
-         call find_force(m, model%u, tips(k), pressure, force)
-         call take_inertia(model%free, force, unused)
-         forces(:, :, k) = force
+         pressure = model%scale*sum(model%factors*m%loads%pressure, mask=m%loads%line == tips(k)%crack)/(2*ndim)
+         call add_forces(m, model%u, tips(k), pressure, forces(:, :, (1 + modes)*(k - 1) + 1:(1 + modes)*k))
       end do
-      call rest%solve_for_all(m, forces, is_static%moved)
-      do k = 1, size(tips)
-         call take_motion_as_whole(model%free, is_static%moved(:, :, k))
+      do k = 1, size(forces, 3)
+         call take_inertia(model%free, forces(:, :, k), unused)
+      end do
+      call rest%solve_for_all(m, forces, moved)
+      do k = 1, size(forces, 3)
+         call take_motion_as_whole(model%free, moved(:, :, k))
+      end do
+      is_static%moved = moved(:, :, ::1 + modes)
+      allocate (is_static%dual(ndim, m%grid%n_points, modes, size(tips)))
+      do k = 1, modes
+         is_static%dual(:, :, k, :) = moved(:, :, 1 + k::1 + modes)
       end do
    end subroutine find_static_tips
 
-   !> The forces -K' u of a tip [N/m], without stress-free strain. A uniform stress p I makes faces under pressure p free.
-   subroutine find_force(m, u, tip, pressure, force)
+   !> Add the forces -K' u of a tip [N/m], without stress-free strain, and -K' a/(2 B Y) of a unit K of each mode
+   !> [Pa sqrt(m)/m]. A uniform stress p I makes faces under pressure p free.
+   subroutine add_forces(m, u, tip, pressure, forces)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(in) :: pressure           !! on its faces [Pa]
-      real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_points)
+      real(dp), intent(inout) :: forces(:, :, 0:) !! (ndim, n_points, 0:modes)
+      type(tip_field_t) :: field(2)
       type(tip_domain_t) :: domain
       real(dp), allocatable :: q(:, :)
-      real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), with_hoop(ndim, n_derivatives(m))
-      real(dp), dimension(ndim, ndim) :: h, g, stress, of_pressure
-      real(dp) :: h_33, g_33, stress_33          ! 0 in a plane
-      integer :: n, i
+      real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), with_hoop(ndim, n_derivatives(m)), x(ndim), over(modes)
+      real(dp) :: g(ndim, ndim), g_33, h(ndim, ndim) ! g_33 is 0 in a plane
+      integer :: at(m%grid%n_functions), n, i, mode
       domain%tip = tip%now
       domain%radius = [maxval(tip%radii)]
       call weight_nodes(domain, m%grid, q, max(domain%radius(1)/2, min(disc_of_shifts(tip) + tip%nodes%spacing, &
                                                                        most_level*domain%radius(1))))
-      allocate (force(ndim, m%grid%n_points), source=0.0_dp)
+      field = fields_at(m%materials, tip)
+      do mode = 1, modes
+         over(mode) = merge(2, 1, tip%is_half())/(2*m%particles%thickness%at(tip%now)*field(1)%rate_of(identity(:modes, mode)))
+      end do
       associate (p => m%particles, b => m%blocks)
          do n = 1, b%n_occupied
-            associate (e => b%occupied(n), at => m%grid%support_of(b%occupied(n)))
-               if (.not. maxval(q(1, at)) > minval(q(1, at))) cycle
-               do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-                  associate (material => m%materials(p%material(i)))
-                     gradient = derivatives_at(m, i)
-                     with_hoop = matmul(u(:, at), gradient)
-                     h = with_hoop(:, :ndim) - material%free
-                     h_33 = sum(with_hoop(1, ndim + 1:)) - material%free_hoop
-                     with_hoop = spread(tip%direction, 2, n_derivatives(m))*spread(matmul(q(1, at), gradient), 1, ndim)
-                     g = with_hoop(:, :ndim)
-                     g_33 = sum(with_hoop(1, ndim + 1:))
-                     stress = material%small_strain_stress(h, h_33) + pressure*identity
-                     stress_33 = material%small_hoop_stress(h, h_33) + pressure
-                     of_pressure = material%strain_of_pressure(pressure)
-                     h = h + of_pressure
-                     if (material%is_ring) h_33 = h_33 + of_pressure(1, 1)
-                     stress_33 = stress_33*trace(g) - material%small_hoop_stress(matmul(h, g), h_33*g_33)
-                     stress = stress*(trace(g) + g_33) - matmul(stress, transpose(g)) &
-                              - material%small_strain_stress(matmul(h, g), h_33*g_33)
-                     force(:, at) = force(:, at) - p%volume(i)*matmul(stress, transpose(gradient(:, :ndim)))
-                     if (material%is_ring) force(1, at) = force(1, at) - p%volume(i)*stress_33*gradient(:, ndim + 1)
-                  end associate
-               end do
-            end associate
+            at = m%grid%support_of(b%occupied(n))
+            if (.not. maxval(q(1, at)) > minval(q(1, at))) cycle
+            do i = b%first_in(b%occupied(n)), b%last_in(b%occupied(n)), b%stride_in(b%occupied(n))
+               gradient = derivatives_at(m, i)
+               with_hoop = spread(tip%direction, 2, n_derivatives(m))*spread(matmul(q(1, at), gradient), 1, ndim)
+               g = with_hoop(:, :ndim)
+               g_33 = sum(with_hoop(1, ndim + 1:))
+               with_hoop = matmul(u(:, at), gradient)
+               associate (material => m%materials(p%material(i)))
+                  call add(material, with_hoop(:, :ndim) - material%free, sum(with_hoop(1, ndim + 1:)) - material%free_hoop, &
+                           pressure, 0)
+                  if (.not. maxval(abs(g)) > 0) cycle ! at the tip itself
+                  x = matmul(p%place_in_grid(i) - tip%now, tip%axis)
+                  do mode = 1, modes
+                     h = over(mode)*field(merge(2, 1, x(2) < 0))%gradient(mode, x)
+                     call add(material, matmul(tip%axis, matmul(h, transpose(tip%axis))), 0.0_dp, 0.0_dp, mode)
+                  end do
+               end associate
+            end do
          end do
       end associate
-   end subroutine find_force
+
+   contains
+
+      !> Add the forces of the particle in a field.
+      subroutine add(material, h, h_33, pressure, number)
+         type(material_t), intent(in) :: material
+         real(dp), intent(in) :: h(ndim, ndim), h_33 !! displacement gradient, h_33 of a ring [-]
+         real(dp), intent(in) :: pressure        !! that is added [Pa]
+         integer, intent(in) :: number           !! of the forces
+         real(dp) :: stress(ndim, ndim), stress_33, strained(ndim, ndim), strained_33
+         strained = h + material%strain_of_pressure(pressure)
+         strained_33 = h_33
+         if (material%is_ring) strained_33 = h_33 + strained(1, 1) - h(1, 1)
+         stress_33 = (material%small_hoop_stress(h, h_33) + pressure)*trace(g) &
+                     - material%small_hoop_stress(matmul(strained, g), strained_33*g_33)
+         stress = material%small_strain_stress(h, h_33) + pressure*identity
+         stress = stress*(trace(g) + g_33) - matmul(stress, transpose(g)) &
+                  - material%small_strain_stress(matmul(strained, g), strained_33*g_33)
+         associate (volume => m%particles%volume(i), force => forces(:, :, number))
+            force(:, at) = force(:, at) - volume*matmul(stress, transpose(gradient(:, :ndim)))
+            if (material%is_ring) force(1, at) = force(1, at) - volume*stress_33*gradient(:, ndim + 1)
+         end associate
+      end subroutine add
+   end subroutine add_forces
 end module hampm_expected_error

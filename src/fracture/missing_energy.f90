@@ -16,19 +16,21 @@ module hampm_missing_energy
 
    integer, parameter :: n_stress = ndim*ndim
 
-   !> Distance, in cells, of the middle of the material of an element from its own up to which it counts as full.
+   !> Part of its area by which the material of an element may differ from it to count as full.
    real(dp), parameter :: not_full = 1.0e-3_dp
 
 contains
 
    !> Energy that cells away from some places store too little under given forces [J], by displacement: half of the squared error e
    !> in the energy norm, the difference of recovered and cell stress (Zienkiewicz & Zhu 1992), less the integration error of the
-   !> particles in the energy of the cells' own field, which makes these softer; for quadratic cells it is nearly 0.
-   function missing_energies(m, places, radius, u, about_mean) result(missing)
+   !> particles in the energy of the cells' own field, which makes these softer; for quadratic cells it is nearly 0. With another
+   !> displacement the product of both in this energy.
+   function missing_energies(m, places, radius, u, with) result(missing)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: places(:, :, :), radius !! of cells that do not count, (ndim, places, displacements), with radius [m]
+      real(dp), intent(in) :: places(:, :, :)    !! of cells that do not count [m], (ndim, places, displacements)
+      real(dp), intent(in) :: radius(:)          !! around these [m], (places)
       real(dp), intent(in) :: u(:, :, :)         !! displacements of the points [m], (ndim, n_points, displacements)
-      real(dp), intent(out), optional :: about_mean !! `energy_about_mean` of the last displacement [J]
+      integer, intent(in) :: with(:)             !! which displacement the product is with, (displacements)
       real(dp) :: missing(size(u, 3))
       real(dp), allocatable :: stress(:, :), nodal(:, :), squared(:, :)
       real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), x(ndim)
@@ -44,9 +46,8 @@ contains
                stress(n*(d - 1) + 1:n*d, i) = stress_of(m%materials(p%material(i)), gradient_by(u(:, :, d), at, gradient))
             end do
          end do
-         if (present(about_mean)) about_mean = energy_about_mean(m, stress(n*(size(missing) - 1) + 1:, :))
          if (grid%is_quadratic()) then
-            call errors_at_particles(m, stress, squared)
+            call errors_at_particles(m, stress, squared, with)
             do i = 1, p%n
                x = p%reference(i, :)
                do d = 1, size(missing)
@@ -64,35 +65,19 @@ contains
                if (.not. are_of_one(m%materials, k, p%material(b%first_in(e)))) cycle
                x = grid%element_lower(:, e) + grid%element_size(e)/2
                counts = [(.not. is_near(x, places(:, :, d), radius), d=1, size(missing))]
-               call add_missing(m, e, n, counts, u, stress, nodal, missing)
+               call add_missing(m, e, n, counts, u, with, stress, nodal, missing)
             end do
          end do
       end associate
    end function missing_energies
 
-   !> Strain energy of a stress less its mean over all material [J]: by superposition a uniform stress, as of pressure all around,
-   !> has no part in what a crack releases, nor in what cells lack.
-   pure real(dp) function energy_about_mean(m, stress) result(energy)
-      type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: stress(:, :)       !! of the particles [Pa], (components, particles)
-      real(dp) :: mean(size(stress, 1))
-      integer :: i
-      associate (p => m%particles)
-         mean = matmul(stress, p%volume(:p%n))/sum(p%volume(:p%n))
-         energy = 0
-         do i = 1, p%n
-            energy = energy + p%volume(i)*energy_of_stress(m%materials(p%material(i)), stress(:, i) - mean)
-         end do
-      end associate
-   end function energy_about_mean
-
-   !> Whether a place is nearer to one of others than a distance.
+   !> Whether a place is nearer to one of others than a distance from that.
    pure logical function is_near(x, places, distance)
-      real(dp), intent(in) :: x(ndim), places(:, :), distance !! [m]
+      real(dp), intent(in) :: x(ndim), places(:, :), distance(:) !! [m]
       integer :: k
       is_near = .false.
       do k = 1, size(places, 2)
-         is_near = is_near .or. norm(x - places(:, k)) < distance
+         is_near = is_near .or. norm(x - places(:, k)) < distance(k)
       end do
    end function is_near
 
@@ -110,39 +95,48 @@ contains
       end associate
    end function material_of
 
-   !> Add the energy of a full element, for the displacements for which it counts; for others it is unknown.
-   pure subroutine add_missing(m, e, n, counts, u, of_particles, recovered, missing)
+   !> Add the energy of an element, for the displacements for which it counts. Where it is not full particles integrate the error.
+   subroutine add_missing(m, e, n, counts, u, with, of_particles, recovered, missing)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: e
       integer, intent(in) :: n                   !! components of a stress
       logical, intent(in) :: counts(:)           !! (displacements)
       real(dp), intent(in) :: u(:, :, :)         !! of the points [m], (ndim, n_points, displacements)
+      integer, intent(in) :: with(:)             !! (displacements)
       real(dp), intent(in) :: of_particles(:, :) !! stresses of the particles, one after the other [Pa], (components, particles)
       real(dp), intent(in) :: recovered(:, :)    !! and at the points [Pa], (components, n_points)
       real(dp), intent(inout) :: missing(:)      !! [J], (displacements)
       real(dp), parameter :: off = sqrt(1/12.0_dp)       ! of Gauss points from the middle, in cells
       real(dp), allocatable :: gradient(:, :, :)
-      real(dp) :: total, x(ndim), weight, stress(n), shape(corners), slopes(corners, n_derivatives(m))
-      real(dp) :: gauss(ndim)
-      integer :: i, k, c, d, at(corners)
+      real(dp) :: total, weight, shape(corners), slopes(corners, n_derivatives(m)), stress(n, size(missing))
+      real(dp) :: gauss(ndim), x(ndim)
+      integer :: i, k, at(corners), number       ! of the material
+      if (.not. any(counts)) return
       at = m%grid%element_nodes(:, e)
+      number = material_of(m, e)
       total = 0
-      associate (p => m%particles, b => m%blocks, material => m%materials(material_of(m, e)))
+      associate (p => m%particles, b => m%blocks)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             total = total + p%area_of(i)
          end do
-         if (abs(total/m%grid%element_size(e)**ndim - 1) > not_full) return
+         if (abs(total/m%grid%element_size(e)**ndim - 1) > not_full) then
+            do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+               stress = reshape(of_particles(:, i), [n, size(missing)])
+               call take_recovered(m%functions_of(i))
+               call add(p%volume(i))
+            end do
+            return
+         end if
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-            if (b%count_in(e) == 1) call stiff_points(m, e, i, gradient)
-            do d = 1, size(missing)
-               if (.not. counts(d)) cycle
-               if (b%count_in(e) > 1) missing(d) = missing(d) + p%volume(i)*energy_of_stress(material, &
-                                                                                           of_particles(n*(d - 1) + 1:n*d, i))
-               if (b%count_in(e) > 1) cycle
-               do k = 1, size(gradient, 3)
-                  missing(d) = missing(d) + p%volume(i)/size(gradient, 3) &
-                               *energy_of_stress(material, stress_of(material, gradient_by(u(:, :, d), at, gradient(:, :, k))))
-               end do
+            if (b%count_in(e) > 1) then
+               stress = reshape(of_particles(:, i), [n, size(missing)])
+               call add(p%volume(i))
+               cycle
+            end if
+            call stiff_points(m, e, i, gradient)
+            do k = 1, size(gradient, 3)
+               call find_stress(gradient(:, :, k))
+               call add(p%volume(i)/size(gradient, 3))
             end do
          end do
          do k = 1, corners
@@ -150,19 +144,45 @@ contains
             x = m%grid%element_lower(:, e) + gauss*m%grid%element_size(e)
             slopes(:, :ndim) = shape_gradients(gauss, 1/m%grid%element_size(e))
             shape = shape_functions(gauss)
-            if (material%is_ring) slopes(:, ndim + 1) = shape/x(1)
+            if (m%materials(number)%is_ring) slopes(:, ndim + 1) = shape/x(1)
             weight = total/corners*p%thickness%at(x)
-            do d = 1, size(missing)
-               if (.not. counts(d)) cycle
-               stress = stress_of(material, gradient_by(u(:, :, d), at, slopes))
-               missing(d) = missing(d) - weight*energy_of_stress(material, stress)
-               do c = 1, corners
-                  stress = stress - shape(c)*recovered(n*(d - 1) + 1:n*d, at(c))
-               end do
-               missing(d) = missing(d) + weight*energy_of_stress(material, stress)
-            end do
+            call find_stress(slopes)
+            call add(-weight)
+            call take_recovered(shape)
+            call add(weight)
          end do
       end associate
+
+   contains
+
+      !> Stresses of the displacements by the derivatives of the functions.
+      subroutine find_stress(derivatives)
+         real(dp), intent(in) :: derivatives(:, :) !! [1/m]
+         integer :: d
+         do d = 1, size(missing)
+            stress(:, d) = stress_of(m%materials(number), gradient_by(u(:, :, d), at, derivatives))
+         end do
+      end subroutine find_stress
+
+      !> Subtract the recovered stresses where the functions of the corners have these values.
+      subroutine take_recovered(functions)
+         real(dp), intent(in) :: functions(corners) !! [-]
+         integer :: c, d
+         do c = 1, corners
+            do d = 1, size(missing)
+               stress(:, d) = stress(:, d) - functions(c)*recovered(n*(d - 1) + 1:n*d, at(c))
+            end do
+         end do
+      end subroutine take_recovered
+
+      !> Add the energy of the stresses in a volume.
+      subroutine add(volume)
+         real(dp), intent(in) :: volume          !! [m3]
+         integer :: d
+         do d = 1, size(missing)
+            if (counts(d)) missing(d) = missing(d) + volume*energy_of_stress(m%materials(number), stress(:, d), stress(:, with(d)))
+         end do
+      end subroutine add
    end subroutine add_missing
 
    !> Gradient of a displacement of points by the derivatives of the functions of those at some of them [-].

@@ -547,18 +547,23 @@ contains
    end function energy_density
 
    !> Elastic energy per volume of a small stress [J/m3]: in the plane; of axisymmetric material with the given stress_33.
-   pure real(dp) function stress_energy_density(self, stress, hoop_stress)
+   pure real(dp) function stress_energy_density(self, stress, hoop_stress, other, other_hoop) result(energy)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: stress(ndim, ndim) !! symmetric [Pa]
       real(dp), intent(in), optional :: hoop_stress !! of axisymmetric material [Pa]
-      real(dp) :: column(n_voigt)
+      real(dp), intent(in), optional :: other(ndim, ndim), other_hoop !! another stress, for the product of both in this energy [Pa]
+      real(dp) :: column(n_voigt), other_column(n_voigt), across
       integer :: d
       do d = 1, ndim
          column(voigt(:, d)) = stress(:, d)
+         if (present(other)) other_column(voigt(:, d)) = other(:, d)
       end do
-      stress_energy_density = 0.5_dp*dot_product(column, matmul(self%compliance, column))
-      if (self%is_ring) stress_energy_density = stress_energy_density + (given_hoop(self, hoop_stress) &
-                                                                         - sum(self%by_across*stress))**2/(2*self%young_across)
+      if (.not. present(other)) other_column = column
+      energy = 0.5_dp*dot_product(column, matmul(self%compliance, other_column))
+      if (.not. self%is_ring) return
+      across = given_hoop(self, hoop_stress) - sum(self%by_across*stress)
+      if (present(other)) energy = energy + across*(given_hoop(self, other_hoop) - sum(self%by_across*other))/(2*self%young_across)
+      if (.not. present(other)) energy = energy + across**2/(2*self%young_across)
    end function stress_energy_density
 
    !> Stress of a small displacement gradient, for any law [Pa].

@@ -62,6 +62,7 @@ module hampm_constraints
       procedure :: prescribed_at
       procedure :: prescribed_of_nodes
       procedure :: prescribed_of_box
+      procedure :: largest_prescribed
       procedure :: scale_ways
       procedure :: ways_at
       procedure :: have_held_ways
@@ -422,21 +423,45 @@ contains
       u(:, self%node) = self%prescribed_of_nodes(time)
    end function prescribed_at
 
+   !> Displacement of the nodes by the largest factors of those that are given, without velocities [m], (ndim, n_nodes).
+   pure function largest_prescribed(self) result(u)
+      class(constraints_t), intent(in) :: self
+      real(dp) :: u(ndim, size(self%fixed, 2))
+      real(dp) :: ways(ndim, self%number())
+      integer :: k
+      u = 0
+      if (self%number() == 0) return
+      do k = 1, size(ways, 2)
+         associate (motion => self%boxes(k)%motion)
+            ways(:, k) = motion%displacement*motion%history%largest_factor()
+         end associate
+      end do
+      u(:, self%node) = ways_of_nodes(self, ways)
+   end function largest_prescribed
+
    !> The same of the nodes with a component in a box [m], (ndim, these nodes).
    pure function prescribed_of_nodes(self, time) result(u)
       class(constraints_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]
       real(dp) :: u(ndim, size(self%node))
+      u = ways_of_nodes(self, self%ways_at(time))
+   end function prescribed_of_nodes
+
+   !> Ways of the boxes, by the nodes with a component in one [m], (ndim, these nodes).
+   pure function ways_of_nodes(self, ways) result(u)
+      class(constraints_t), intent(in) :: self
+      real(dp), intent(in) :: ways(:, :)         !! [m], (ndim, boxes)
+      real(dp) :: u(ndim, size(self%node))
       real(dp) :: of_box(ndim, 0:size(self%boxes))
       integer :: i, d
       of_box(:, 0) = 0
-      of_box(:, 1:) = self%ways_at(time)
+      of_box(:, 1:) = ways
       do i = 1, size(self%node)
          do d = 1, ndim
             u(d, i) = of_box(d, self%box(d, self%node(i)))
          end do
       end do
-   end function prescribed_of_nodes
+   end function ways_of_nodes
 
    !> Prescribed displacement of each box at a time [m], (ndim, boxes).
    pure function ways_at(self, time) result(ways)

@@ -444,14 +444,16 @@ contains
 
    !> The forces of all loads at their largest or, where there is no load, those that stop the bodies as they move at first, in a
    !> second [N], (ndim, n_points).
-   subroutine full_loads(m, force)
+   subroutine full_loads(m, force, factors)
       type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :)
+      real(dp), intent(in), optional :: factors(:) !! of the loads in place of their largest ones [-]
       integer :: k, i
       allocate (force(ndim, m%grid%n_points), source=0.0_dp)
       call place_loads(m%loads, m%grid, m%particles)
       do k = 1, size(m%loads)
-         call add_load(m%loads(k), m%loads(k)%history%largest_factor(), force)
+         if (present(factors)) call add_load(m%loads(k), factors(k), force)
+         if (.not. present(factors)) call add_load(m%loads(k), m%loads(k)%history%largest_factor(), force)
       end do
       if (size(m%loads) > 0) return
       associate (p => m%particles)

@@ -91,7 +91,8 @@ contains
       associate (measurements => s%measurements)
          select type (integrator => s%integrator)
          type is (equilibrium_t)                 ! finds rest by the same matrix
-            call estimate_errors(s%problem, s%cracks, integrator%newton%k, measurements%extrapolation, measurements%crack, failure)
+            call estimate_errors(s%problem, s%cracks, integrator%newton%k, measurements%extrapolation, measurements%crack, &
+                                 failure, model%run%end_time)
          class default
             call estimate_errors(s%problem, s%cracks, rest, measurements%extrapolation, measurements%crack, failure)
             call rest%release()

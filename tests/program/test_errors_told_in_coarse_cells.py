@@ -50,8 +50,8 @@ SCENES = {
 
 
 def test_errors_hold_what_finite_elements_find(hampm):
-    """Those of version 2 held 15 of these 30. K_I of the first is 0.6 % too large by its cells far from the tip, of which no error knows: 2.1 times its own; the others are within 1.1."""
-    ratios, names = [], []
+    """Those of version 2 held 15 of these 30. K_I of the first is 0.6 % too large by its cells far from the tip: 2.1 times its error, until that knew of them by the dual displacement of K."""
+    ratios, names, of_j = [], [], []
     for name, (keys, loads, cracks, level, asked) in SCENES.items():
         lines = [f"&load kind = 'gravity'  acceleration = {load} /" if isinstance(load, str) else f"&load kind = 'traction'  lower = {load[0]}  upper = {load[1]}  force = {load[2]} /" for load in loads]
         row = harness.run(hampm, SCENE.format(**keys, loads="\n".join(lines), cracks="\n".join(f"&crack name = 'c{n}'  kind = 'path'  points = {points} /" for n, points in enumerate(cracks)),
@@ -64,6 +64,56 @@ def test_errors_hold_what_finite_elements_find(hampm):
             ratios.append(abs(found - value) / error)
             names.append(name)
             assert error < (0.4 if name == "two cracks" else 0.06) * np.max(np.abs(asked)), name
+        young, poisson = float(keys["young"]), float(keys["poisson"])
+        for n in range(0, len(asked), 2):
+            tip = f"_tip{n // 2 + 1}" if n else ""
+            right = (asked[n]**2 + asked[n + 1]**2) * (1 - poisson**2 * (keys["plane"] == "strain")) / young
+            of_j.append(abs(row[f"J{tip}"][-1] - right) / row[f"J_error{tip}"][-1])
+            print(f"{name} J{tip} {row[f'J{tip}'][-1]:.5g} +- {row[f'J_error{tip}'][-1]:.2g}, right {right:.5g}: {of_j[-1]:.2f}")
     ratios = np.array(ratios)
-    assert np.sum(ratios > 1) <= 3 and np.all(ratios < 2.3)
+    assert np.sum(np.array(of_j) > 1) <= 1 and np.all(np.array(of_j) < 1.2) and np.median(of_j) > 0.2
+    assert np.sum(ratios > 1) <= 1 and np.all(ratios < 1.1)
+    assert ratios[0] > 0.3                         # that of the first is found, not covered by a wide one
     assert np.median(ratios) > 0.1                 # no wider than they have to be
+
+
+MOVED = """\
+&run plane = 'strain' end_time = 1.0 /
+&grid lower = -0.001, -0.001 cell = 1e-3 cells = 22, 32 /
+&material name = 'a' young = 200e9 poisson = 0.3 density = 7800 /
+&body material = 'a' lower = 0.0, 0.0 upper = 0.02, 0.03 /
+&constraint lower = 0.0, 0.0 upper = 0.02, 0.0 fix = 'xy' /
+&constraint lower = 0.0, 0.03 upper = 0.02, 0.03 fix = 'xy' displacement = {moved} /
+{load}
+&crack kind = 'path' points = -0.001, 0.0133, 0.0083, 0.0141 /
+&method time = 'static' load_steps = 1 /
+&energy_release estimators = 'domain_integral' /
+&output file = 'out.h5' /
+"""
+TRACTION = "&load kind = 'traction' lower = 0.02, 0.0 upper = 0.02, 0.03 force = {} /"
+
+
+def errors_of(hampm, moved, load):
+    row = harness.run(hampm, MOVED.format(moved=moved, load=load))
+    return {name: row[f"{name}_error"][-1] for name in ("J", "K_I", "K_II")}, row
+
+
+def test_errors_at_rest_are_of_supports_and_loads_as_they_end(hampm):
+    """Supports that move were in no estimate, and loads had their largest factors, however little of them acts: what nearly cancels had the error of what does not."""
+    ramped = errors_of(hampm, "4e-6, 8e-6 history = 'ramp' rise_time = 4.0", TRACTION.format("0.0, -9e4 history = 'table' times = 0.0, 0.5, 1.0 factors = 0.0, 1.0, 0.3"))[0]
+    as_they_end, _ = errors_of(hampm, "1e-6, 2e-6", TRACTION.format("0.0, -2.7e4"))
+    alone = errors_of(hampm, "1e-12, 2e-12", TRACTION.format("0.0, -2.7e4"))[0]
+    for name, error in as_they_end.items():
+        assert abs(ramped[name] - error) < 1e-6 * error
+        assert abs(alone[name] - error) > 0.05 * error
+
+
+def test_errors_of_moved_supports_are_no_guess_by_lengths(hampm):
+    """K of cells of a quarter is right to a quarter of the error or so; by lengths K had an error of 21 % here."""
+    error, row = errors_of(hampm, "0.0, 2e-6", "")
+    fine = harness.run(hampm, MOVED.format(moved="0.0, 2e-6", load="").replace("cell = 1e-3 cells = 22, 32", "cell = 0.25e-3 cells = 88, 128"))
+    size = np.hypot(fine["K_I"][-1], fine["K_II"][-1])
+    for name in ("K_I", "K_II"):
+        off = abs(row[name][-1] - fine[name][-1])
+        print(name, row[name][-1], error[name], off)
+        assert off < error[name] < 0.05 * size
