@@ -43,6 +43,7 @@ contains
       type(best_t) :: best
       type(tip_field_t) :: field(2)
       type(turn_t) :: turn
+      logical :: agree                           ! whether J and K of the field are to be of one G
       associate (p => problem%particles, grid => problem%grid, tip => cracks%tips(number), &
                  factors => factors_at(problem%loads, problem%state%time))
          if (tip%is_measured()) then
@@ -74,7 +75,12 @@ contains
             end if
          end if
          field = fields_at(problem%materials, tip)
-         call follow_values(tip, field(1), problem%state%time, pace_of(problem, tip, values), values)
+         associate (material => problem%materials(tip%material_in(problem%materials)))
+            agree = tip%nodes%in_cell .and. .not. (values%moves .or. values%is_closed .or. tip%grown > 0 .or. abs(turn%angle) > 0 &
+                                                   .or. material%is_finite .or. material%has_history .or. field(1)%is_at_interface)
+            agree = agree .and. material%isotropic ! else K has the size of J
+         end associate
+         call follow_values(tip, field(1), problem%state%time, pace_of(problem, tip, values), agree, values)
          best = values%best(tip, problem%materials(tip%material_in(problem%materials))%isotropic)
          if (best%estimator /= '') g = best%rate
       end associate
@@ -114,11 +120,15 @@ contains
    !>
    !> The error of a nodal force is its difference from J's part of its mode plus the error of that: where cells have been divided
    !> in motion, particles may have stresses that act on no node. Without J that error is unknown.
-   pure subroutine follow_values(tip, field, time, pace, values)
+   !>
+   !> At rest J of a tip in a cell is of the place where it acts, K of the place where it is: J is off by what both differ, give or
+   !> take the error of K.
+   pure subroutine follow_values(tip, field, time, pace, agree, values)
       type(crack_tip_t), intent(in) :: tip
       type(tip_field_t), intent(in) :: field     !! of the tip
       real(dp), intent(in) :: time               !! [s]
       type(pace_t), intent(in) :: pace
+      logical, intent(in) :: agree               !! whether J and K of the field are to be of one G
       type(crack_values_t), intent(inout) :: values
       real(dp) :: j, spread_of_j, of_k(modes), part(modes), least(modes), apart(modes)
       integer :: n
@@ -148,6 +158,9 @@ contains
          end if
          of_k = errors%intensity%now
          errors%of_rate = error_of_rate(field, v%intensity, of_k)
+         associate (off => abs(v%g_of_k - j))
+            if (agree) errors%j%now = max(spread_of_j, off, min(errors%j%now, off + errors%of_rate))
+         end associate
          errors%domain%now = max(errors%domain%now, part*errors%j%now &
                                   + error_of_shares(field, v%intensity, of_k)*sum(abs(v%domain)))
          do n = 1, size(v%estimates)
