@@ -16,10 +16,10 @@ ARCH ?= $(if $(filter x86_64,$(shell uname -m)),x86-64-v3,native)
 hdf5_folder := -L/usr/lib/$(shell gcc -dumpmachine 2>/dev/null)/hdf5/serial
 ifeq ($(build) $(origin HDF5_LINK) $(origin ALGEBRA_LINK),release undefined undefined)
 ARCHIVES ?= $(hdf5_folder) -Wl,-Bstatic -lhdf5_hl -lhdf5 -lsz -laec -lz -lumfpack -lcholmod -lcolamd -lccolamd -lcamd -lamd -lsuitesparseconfig \
-	-lopenblas -Wl,-Bdynamic -l:libmetis.so.5 -ldl -lm -lpthread
+	-larpack -lopenblas -Wl,-Bdynamic -l:libmetis.so.5 -ldl -lm -lpthread
 endif
 HDF5_LINK ?= $(hdf5_folder) -lhdf5_serial_hl -lhdf5_serial
-ALGEBRA_LINK ?= -lumfpack -lcholmod -llapack -lblas
+ALGEBRA_LINK ?= -lumfpack -lcholmod -larpack -llapack -lblas
 # With optimisation gfortran says of descriptors of arrays that are not allocated, and in solids of code for a plane alone, that they are not
 # initialised. The debug build asks what is not; memcheck, and reals that begin as signalling NaN, find what is read before it is set
 COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimplicit-interface -Wno-do-subscript \

@@ -13,7 +13,7 @@
 # a part are those of requirements/PART.txt, in the versions of requirements.lock.
 set -eu
 
-packages="gfortran make liblapack-dev libopenblas-dev libsuitesparse-dev libhdf5-dev"
+packages="gfortran make liblapack-dev libopenblas-dev libsuitesparse-dev libarpack2-dev libhdf5-dev"
 to_draw="gnuplot-nox"
 root=$(cd "$(dirname "$0")/.." && pwd)
 lock=$root/requirements.lock
@@ -28,6 +28,7 @@ make 2 5
 liblapack-dev 33 10
 libopenblas-dev 98 15
 libsuitesparse-dev 9 10
+libarpack2-dev 1 3
 libhdf5-dev 39 20
 gnuplot-nox 66 40
 python3 38 10
@@ -128,6 +129,7 @@ is_present() {
         libopenblas-dev) any_installed libopenblas-dev libopenblas-openmp-dev libopenblas-pthread-dev || links openblas ;;
         liblapack-dev) any_installed liblapack-dev || links lapack ;;
         libsuitesparse-dev) any_installed libsuitesparse-dev || { links umfpack && links cholmod; } ;;
+        libarpack2-dev) any_installed libarpack2-dev || links arpack ;;
         libhdf5-dev) any_installed libhdf5-dev || links hdf5 ;;
     esac
 }

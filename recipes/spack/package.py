@@ -20,6 +20,7 @@ class Hampm(MakefilePackage):
     depends_on("blas")
     depends_on("lapack")
     depends_on("suite-sparse")
+    depends_on("arpack-ng~mpi")
     depends_on("hdf5+hl~mpi")
     depends_on("python@3.10:", type="run", when="+python")
     depends_on("py-numpy", type="run", when="+python")
@@ -29,7 +30,7 @@ class Hampm(MakefilePackage):
 
     def edit(self, spec, prefix):
         """What is linked, from Spack's own folders."""
-        algebra = spec["suite-sparse"].libs + spec["lapack"].libs + spec["blas"].libs
+        algebra = spec["suite-sparse"].libs + spec["arpack-ng"].libs + spec["lapack"].libs + spec["blas"].libs
         self.linked = [f"HDF5_LINK={spec['hdf5'].libs.ld_flags}", f"ALGEBRA_LINK={algebra.ld_flags}", "FC=gfortran"]
 
     def build(self, spec, prefix):

@@ -166,7 +166,7 @@ def test_an_older_processor(built_for, arch, processor, feature):
 @pytest.mark.skipif(sys.platform != "linux", reason="ldd is of Linux")
 def test_the_release_brings_its_libraries_where_their_archives_are_there(tmp_path):
     """And where they want no others: HDF5 of Debian 13 wants an archive of curl."""
-    archives = ["hdf5", "sz", "aec", "umfpack", "cholmod", "openblas"]
+    archives = ["hdf5", "sz", "aec", "umfpack", "cholmod", "arpack", "openblas"]
     folder = subprocess.run(["gcc", "-dumpmachine"], capture_output=True, text=True, check=True).stdout.strip()
     found = [any((Path("/usr/lib") / folder / sub / f"lib{name}.a").exists() for sub in ("", "hdf5/serial")) for name in archives]
     program = ROOT / "build/release/hampm"

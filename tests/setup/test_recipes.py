@@ -19,11 +19,11 @@ PACKAGES = re.search(r'^packages="(.*)"$', SETUP, re.MULTILINE)[1].split()
 BUILT_WITH = {*PACKAGES, "python3", "python3-venv", "ca-certificates", "git"}
 # What libraries are in Spack; CHOLMOD and UMFPACK are in suite-sparse
 IN_SPACK = {"gfortran": "fortran", "make": "gmake", "liblapack-dev": "lapack", "libopenblas-dev": "blas", "libsuitesparse-dev": "suite-sparse",
-            "libhdf5-dev": "hdf5"}
+            "libarpack2-dev": "arpack-ng", "libhdf5-dev": "hdf5"}
 
 # And for conda, in conda-forge
 IN_CONDA = {"gfortran": '${{ compiler("fortran") }}', "make": "make", "liblapack-dev": "liblapack", "libopenblas-dev": "libblas", "libsuitesparse-dev": "suitesparse",
-            "libhdf5-dev": "hdf5"}
+            "libarpack2-dev": "arpack", "libhdf5-dev": "hdf5"}
 
 
 def commands(text):

@@ -11,7 +11,7 @@ from packaging.utils import canonicalize_name, canonicalize_version
 
 SETUP = Path(__file__).resolve().parents[2] / "tools" / "setup.sh"
 ORDINARY = ["cat", "chmod", "cksum", "cp", "dirname", "env", "mkdir", "mktemp", "rm", "sed", "sh", "tr"]
-LIBRARIES = ["liblapack-dev", "libopenblas-dev", "libsuitesparse-dev", "libhdf5-dev"]
+LIBRARIES = ["liblapack-dev", "libopenblas-dev", "libsuitesparse-dev", "libarpack2-dev", "libhdf5-dev"]
 PARTS = ["run", "batch", "docs", "test", "verify"]
 PYTHON = """case $1 in
     -c) exit 0 ;;
@@ -193,7 +193,7 @@ def test_root_installs_only_what_is_missing(machine):
     machine.remove("gnuplot")
     assert machine.run().returncode == 0
     assert machine.calls("apt-get") == [
-        "-qq update", "-qq install -y --no-install-recommends libopenblas-dev libsuitesparse-dev gnuplot-nox"]
+        "-qq update", "-qq install -y --no-install-recommends libopenblas-dev libsuitesparse-dev libarpack2-dev gnuplot-nox"]
     assert (machine.bin / "apt-get.env").read_text() == "frontend noninteractive\n" * 2
 
 
@@ -208,7 +208,7 @@ def test_valgrind_is_installed_only_where_it_is_asked_for(machine):
 
 
 def test_another_build_of_openblas_is_accepted(machine):
-    machine.debian("liblapack-dev", "libhdf5-dev", "libsuitesparse-dev", "libopenblas-openmp-dev")
+    machine.debian("liblapack-dev", "libhdf5-dev", "libsuitesparse-dev", "libarpack2-dev", "libopenblas-openmp-dev")
     assert machine.run().returncode == 0 and machine.calls("apt-get") == []
 
 

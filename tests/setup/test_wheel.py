@@ -42,7 +42,7 @@ class Checkout:
             (self.bin / name).symlink_to(shutil.which(name))
         self.stub("make", STUB_MAKE.format(log=self.log))
         self.stub("gfortran")
-        self.debian("liblapack-dev", "libopenblas-dev", "libsuitesparse-dev", "libhdf5-dev")
+        self.debian("liblapack-dev", "libopenblas-dev", "libsuitesparse-dev", "libarpack2-dev", "libhdf5-dev")
 
     def stub(self, name, text="#!/bin/sh\n"):
         (self.bin / name).write_text(text)
@@ -113,7 +113,7 @@ def test_without_programs_a_wheel_is_for_any_machine(checkout):
 def test_what_is_missing_is_said_in_one_line(checkout):
     """Before anything is compiled; but where programs are built already, or libraries are named by hand, they need not be there."""
     (checkout.bin / "gfortran").unlink()
-    checkout.debian("liblapack-dev", "libopenblas-dev", "libhdf5-dev")
+    checkout.debian("liblapack-dev", "libopenblas-dev", "libarpack2-dev", "libhdf5-dev")
     said = checkout.build(code=1)
     assert said.strip().splitlines()[-1] == ("hampm: missing to build the programs: gfortran libsuitesparse-dev (names of packages in Debian); "
                                              "HAMPM_PURE=1 leaves the programs out")
