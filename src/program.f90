@@ -253,6 +253,8 @@ contains
       if (failure%code == exit_stopped) return
       report = solver_report(simulation)
       if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
+      report = simulation%integrator%report()
+      if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
       if (allocated(simulation%stopped_when) .and. .not. (options%quiet .or. failure%failed())) &
          write (output_unit, '(a)') 'ended at t = '//digits_text(simulation%problem%state%time, 6)//' s by &run stop_when, '// &
          simulation%stopped_when

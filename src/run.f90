@@ -126,6 +126,7 @@ contains
       if (.not. failure%failed()) &
          call s%integrator%initialise(s%problem, time/steps_for(time, s%longest_step), failure)
       if (failure%failed()) return
+      call s%integrator%describe(s%problem, s%results, failure)
       call note_initial_energy(s%problem, s%measurements)
       call adapt_static(s, failure)
       call start_growth(s, failure)

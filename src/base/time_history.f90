@@ -3,9 +3,10 @@ module hampm_time_history
    use hampm_kinds, only: dp, name_len
    implicit none
    private
-   public :: time_history_t
+   public :: time_history_t, most_chords
 
    real(dp), parameter :: pi = acos(-1.0_dp)
+   integer, parameter :: most_chords = 10000     !! straight pieces by which modes follow a history from row to row, at most
 
    !> A factor as a function of time.
    type :: time_history_t
@@ -22,6 +23,7 @@ module hampm_time_history
       procedure :: factor
       procedure :: integral
       procedure :: time_to_constant
+      procedure :: end_of_line
       procedure :: largest_factor
    end type time_history_t
 
@@ -123,6 +125,31 @@ contains
          time = time + self%times(size(self%times))
       end select
    end function time_to_constant
+
+   !> Time up to which the factor is a straight line from a time on: its next corner or jump, on a curve the end of a chord, which
+   !> is off by at most 2e-5 of its largest value; huge where no corner follows [s].
+   elemental real(dp) function end_of_line(self, time) result(end)
+      class(time_history_t), intent(in) :: self
+      real(dp), intent(in) :: time               !! [s]
+      integer, parameter :: chords = 500         ! of a rise, or a period
+      integer :: k
+      end = huge(end)
+      if (time < self%start) then
+         end = self%start
+         return
+      end if
+      select case (self%kind)
+      case ('ramp')
+         if (time < self%start + self%rise_time) end = self%start + self%rise_time
+      case ('smooth_ramp')
+         if (time < self%start + self%rise_time) end = min(self%start + self%rise_time, time + self%rise_time/chords)
+      case ('sine')
+         end = time + 1/(chords*self%frequency)
+      case ('table')
+         k = count(self%start + self%times <= time) + 1
+         if (k <= size(self%times)) end = self%start + self%times(k)
+      end select
+   end function end_of_line
 
    !> Factor of largest magnitude, with its sign, without `scale` [-].
    pure real(dp) function largest_factor(self)

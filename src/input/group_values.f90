@@ -93,9 +93,10 @@ module hampm_group_values
 
    !> &method: how the equations of motion are integrated
    type :: method_keys_t
-      character(name_len) :: time = 'explicit' !! how motion is followed: by short explicit steps, by implicit ones, or from ...
+      character(name_len) :: time = 'explicit' !! how motion is followed: by short explicit steps, by implicit ones, from ...
       real(dp) :: time_step = 0.0_dp          !! of time = 'implicit': longest time step; 0: by courant, and 1/1000 of ... [s]
       real(dp) :: hht_alpha = 0.0_dp          !! of time = 'implicit': 0 for average acceleration; below it steps damp what they ...
+      integer :: modes = 0                    !! of time = 'modal': number of modes; 0: so many that the rest takes at most ...
       character(name_len) :: start = 'undeformed' !! of motion: from undeformed bodies, or from the static equilibrium of what ...
       integer :: load_steps = 1               !! of time = 'static': equal steps of the time, by which loads vary, up to end_time
       character(name_len) :: scheme = 'musl'  !! when a step updates the stress: first, last, half and half, or last by ...
@@ -310,6 +311,7 @@ contains
       values%time = settings%text(entry, 'time')
       values%time_step = settings%number(entry, 'time_step')
       values%hht_alpha = settings%number(entry, 'hht_alpha')
+      values%modes = nint(settings%number(entry, 'modes'))
       values%start = settings%text(entry, 'start')
       values%load_steps = nint(settings%number(entry, 'load_steps'))
       values%scheme = settings%text(entry, 'scheme')

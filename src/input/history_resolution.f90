@@ -5,7 +5,7 @@ module hampm_history_resolution
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
    use hampm_text, only: add_line, to_text, three_digits
-   use hampm_time_history, only: time_history_t
+   use hampm_time_history, only: time_history_t, most_chords
    implicit none
    private
    public :: check_resolution, coarse_histories, begins_too_late
@@ -47,6 +47,7 @@ contains
          if (history%frequency*dt*least_steps <= 1) return
          key = '&method courant'
          if (model%method%time_step > 0) key = '&method time_step'
+         if (model%method%time == 'modal') key = '&output history_interval'
          call settings%complain(entry, 'frequency', 'must be at most '//to_text(1/(least_steps*dt))//' [Hz], not '// &
                                 to_text(history%frequency)//', with time steps of '//three_digits(dt)//' s: '// &
                                 three_digits(1/(history%frequency*dt))//' of them to a period do not resolve it, '// &
@@ -121,8 +122,9 @@ contains
    !> The longest step that a run can take at first [s]. Explicit ones end at rows.
    real(dp) function longest_step_of(model) result(dt)
       type(model_t), intent(in) :: model
-      if (model%method%time == 'static') then
+      if (model%method%time == 'static' .or. model%method%time == 'modal') then
          dt = model%run%end_time/max(model%method%load_steps, 1)
+         if (model%method%time == 'modal') dt = min(model%output%history_interval, model%run%end_time)/most_chords
          return
       end if
       dt = model%method%time_step

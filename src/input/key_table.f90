@@ -246,14 +246,17 @@ module hampm_key_table
          allowed='[0, inf)', lowest=0.0_dp)]
 
    type(key_t), parameter :: method_keys(*) = [ &
-      key_t('time', type_name, 'how motion is followed: by short explicit steps, by implicit ones, or from equilibrium to '// &
-         'equilibrium', default='explicit', allowed='explicit|implicit|static'), &
+      key_t('time', type_name, 'how motion is followed: by short explicit steps, by implicit ones, from equilibrium to '// &
+         'equilibrium, or by modes', default='explicit', allowed='explicit|implicit|static|modal'), &
       key_t('time_step', type_real, &
          'of time = ''implicit'': longest time step; 0: by courant, and 1/1000 of end_time where that '//'is 0', default='0.0', &
          unit='s', allowed='[0, inf)', lowest=0.0_dp, also='dt'), &
       key_t('hht_alpha', type_real, &
          'of time = ''implicit'': 0 for average acceleration; below it steps damp what they do not '//'resolve', default='0.0', &
          allowed='[-0.33334, 0]', lowest=-0.33334_dp, highest=0.0_dp, also='alpha'), &
+      key_t('modes', type_integer, &
+         'of time = ''modal'': number of modes; 0: so many that the rest takes at most 0.001 of the '// &
+         'strain energy of any load', default='0', allowed='[0, 100000]', lowest=0.0_dp, highest=100000.0_dp), &
       key_t('start', type_name, 'of motion: from undeformed bodies, or from the static equilibrium of what acts at time 0', &
          default='undeformed', allowed='undeformed|static'), &
       key_t('load_steps', type_integer, 'of time = ''static'': equal steps of the time, by which loads vary, up to end_time', &

@@ -148,7 +148,8 @@ contains
          if (time == 'explicit' .and. .not. cuts_quadratic_cells(settings)) then
             if (.not. has_factors(settings%text(method, 'mass')) .or. has_many_cells(settings)) solver = 'cg'
          end if
-         if (time /= 'explicit' .and. ndim == 3) solver = merge('cg  ', 'auto', has_many_cells(settings)) ! else by the unknowns
+         if (ndim == 3 .and. (time == 'static' .or. time == 'implicit')) &
+            solver = merge('cg  ', 'auto', has_many_cells(settings)) ! else by the unknowns
          call settings%set_text(method, 'solver', trim(solver))
       end if
       if (settings%good(crack, 'direction')) then

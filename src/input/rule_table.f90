@@ -75,23 +75,27 @@ module hampm_rule_table
       'absorbing', 'static', 'absorbing', 'reference', 'fastest', 'absorbing', 'pressure', 'gravity', 'crack', 'pressure', &
       'pressure', 'crack', 'left', 'right', 'pressure', 'gravity', 'absorbing', 'crack', 'line', 'path', 'plane', 'crack', &
       'crack', 'step', 'friction', 'frictionless', 'friction', 'stick', 'frictionless', 'friction', 'stick', 'frictionless', &
-      'friction', 'static', 'implicit', 'stick', 'frictionless', 'friction', 'explicit', 'total', 'stick', 'frictionless', &
-      'friction', 'updated', 'updated', 'static', 'total', 'updated', 'implicit', 'total', 'updated', 'total', 'updated', &
-      'symmetry', '{growth laws in motion}', 'total', 'cpdi', 'updated', 'reference', 'static', 'implicit', 'explicit', &
-      'reference', 'cpdi', 'linear', 'reference', 'consistent', 'partial', 'fmpm', 'weighted', 'lumped', 'reference', &
-      'b_bar', 'standard', 'reference', 'fastest', 'reference', 'fastest', 'reference', 'fastest', 'reference', 'stick', &
-      'frictionless', 'friction', 'bonded', 'reference', 'frictionless', 'friction', 'none', 'reference', 'reference', &
-      'fmpm', 'implicit', 'consistent', 'lumped', 'partial', 'fmpm', 'weighted', 'explicit', 'implicit', 'consistent', 'cg', &
-      'direct', 'cg', 'explicit', 'implicit', 'direct', 'implicit', 'implicit', 'implicit', 'refined', 'partial', &
-      '{indicators}', 'static', 'static', 'implicit', 'static', 'explicit', 'implicit', 'updated', 'static', 'static', &
+      'friction', 'static', 'implicit', 'modal', 'stick', 'frictionless', 'friction', 'explicit', 'total', 'stick', &
+      'frictionless', 'friction', 'updated', 'updated', 'static', 'total', 'updated', 'implicit', 'modal', 'total', &
+      'updated', 'total', 'updated', 'symmetry', '{growth laws in motion}', 'total', 'cpdi', 'updated', 'reference', &
+      'static', 'implicit', 'modal', 'explicit', 'reference', 'cpdi', 'linear', 'reference', 'consistent', 'partial', 'fmpm', &
+      'weighted', 'lumped', 'reference', 'b_bar', 'standard', 'reference', 'fastest', 'reference', 'fastest', 'reference', &
+      'fastest', 'reference', 'stick', 'frictionless', 'friction', 'bonded', 'reference', 'frictionless', 'friction', 'none', &
+      'reference', 'reference', 'fmpm', 'implicit', 'modal', 'consistent', 'lumped', 'partial', 'fmpm', 'weighted', &
+      'explicit', 'implicit', 'modal', 'consistent', 'cg', 'direct', 'cg', 'modal', 'direct', '{laws of any strain}', &
+      'modal', 'linear_elastic', '{laws with a history}', 'modal', 'linear_elastic', 'frictionless', 'friction', 'modal', &
+      'implicit', 'modal', 'implicit', 'modal', 'implicit', 'modal', 'implicit', 'modal', 'implicit', 'absorbing', 'modal', &
+      'implicit', '{indicators of the motion}', 'modal', 'tip', 'modal', 'cg', 'explicit', 'implicit', 'direct', 'implicit', &
+      'implicit', 'implicit', 'refined', 'partial', '{indicators}', 'static', 'modal', 'static', 'implicit', 'modal', &
+      'static', 'modal', 'explicit']
+
+   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'implicit', 'updated', 'static', 'static', &
       'stick', 'frictionless', 'friction', 'undeformed', 'static', 'b_bar', '{laws of any strain}', 'standard', 'static', &
       'static', 'fmpm', 'weighted', 'partial', 'partial', 'partial', 'partial', 'refined', 'partial', 'refined', 'direct', &
       'explicit', 'lumped', 'fmpm', 'static', 'usf', '{growth laws in motion}', 'musl', 'usavg', '{growth laws in motion}', &
-      'musl', 'lumped', '{growth laws in motion}']
-
-   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'weighted', 'tip', '{indicators of one body}', &
-      'stick', 'frictionless', 'friction', 'zz', '{indicators of the motion}', 'explicit', 'implicit', 'tip', '{indicators}', &
-      '{indicators}', '{indicators}', '{indicators}', 'gradient', 'gradient', 'gradient', 'gradient', 'zz', 'tip', &
+      'musl', 'lumped', '{growth laws in motion}', 'weighted', 'tip', '{indicators of one body}', 'stick', 'frictionless', &
+      'friction', 'zz', '{indicators of the motion}', 'explicit', 'implicit', 'tip', '{indicators}', '{indicators}', &
+      '{indicators}', '{indicators}', 'gradient', 'gradient', 'gradient', 'gradient', 'zz', 'tip', &
       '{indicators of the motion}', 'static', '{indicators of the motion}', '{indicators of the motion}', 'static', &
       '{indicators of the motion}', 'symmetry', 'line', 'plane', 'straight', 'disc', 'ellipse', 'polygon', 'straight', &
       'disc', 'ellipse', 'disc', 'ellipse', 'disc', 'ellipse', 'polygon', 'path', 'path', 'polygon', 'path', 'symmetry', &
@@ -112,26 +116,26 @@ module hampm_rule_table
       '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}', &
       '{growth laws in motion by toughness}', 'symmetry', 'hutchinson_suo', 'benzeggagh_kenane', 'benzeggagh_kenane', &
       'benzeggagh_kenane', '{growth laws at rest}', '{growth laws at rest}', 'path', 'path', 'path', '{growth laws at rest}', &
-      'hoop_stress', 'local_symmetry', 'max_energy', 'path', 'symmetry', 'straight', 'last', 'first', &
-      '{growth laws at rest}', 'largest', 'largest', '{growth laws at rest}', 'all', 'first', 'symmetry', 'largest', 'last', &
-      'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', '{laws of any strain}', &
-      'linear_elastic', 'orthotropic', '{laws with a history}', 'linear_elastic', 'orthotropic', '{estimators}', &
-      '{estimators at nodes}', 'domain_integral', '{estimators at nodes}', 'symmetry', 'domain_integral', &
-      '{estimators at nodes}', 'domain_integral']
+      'hoop_stress', 'local_symmetry']
 
-   character(name_len), parameter :: values_4(*) = [character(name_len) :: '{estimators of elastic material}', &
-      '{laws with a history}', 'domain_integral', 'stress_closure', 'crack', 'domain_integral', &
-      '{estimators of isotropic material}', 'orthotropic', 'domain_integral', '{estimators for traction-free faces}', &
-      'frictionless', 'friction', 'domain_integral', '{estimators for traction-free faces}', 'crack', 'domain_integral', &
-      '{estimators for traction-free faces}', 'left', 'right', 'domain_integral', '{estimators for traction-free faces}', &
-      'domain_integral', '{estimators for stationary tips}', 'domain_integral', '{estimators for stationary tips}', &
-      'domain_integral', 'domain_integral', '{laws with a history}', 'material_force', '{laws with a history}', &
-      'domain_integral', '{laws with a history}', '{growth laws in motion}', 'domain_integral', '{laws with a history}', &
-      'orthotropic', 'symmetry', 'frictionless', 'friction', '{growth laws in motion}', '{estimators by radii}', 'value', &
-      'value', 'dcb', 'symmetry', 'line', 'plane', 'straight', 'dcb', 'dcb', 'orthotropic', 'dcb', 'pressure', 'gravity', &
-      'dcb', 'displacement', 'velocity', 'stress', 'strain', 'displacement', 'velocity', 'stress', 'strain', 'velocity', &
-      'static', 'left', 'right', 'opening', 'volume', 'opening', 'volume', 'load_line', 'load_line', 'opening', 'volume', &
-      'opening', 'volume', 'load_line', 'opening', 'opening', 'load_line', 'first', 'opening']
+   character(name_len), parameter :: values_4(*) = [character(name_len) :: 'max_energy', 'path', 'symmetry', 'straight', &
+      'last', 'first', '{growth laws at rest}', 'largest', 'largest', '{growth laws at rest}', 'all', 'first', 'symmetry', &
+      'largest', 'last', 'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', &
+      '{laws of any strain}', 'linear_elastic', 'orthotropic', '{laws with a history}', 'linear_elastic', 'orthotropic', &
+      '{estimators}', '{estimators at nodes}', 'domain_integral', '{estimators at nodes}', 'symmetry', 'domain_integral', &
+      '{estimators at nodes}', 'domain_integral', '{estimators of elastic material}', '{laws with a history}', &
+      'domain_integral', 'stress_closure', 'crack', 'domain_integral', '{estimators of isotropic material}', 'orthotropic', &
+      'domain_integral', '{estimators for traction-free faces}', 'frictionless', 'friction', 'domain_integral', &
+      '{estimators for traction-free faces}', 'crack', 'domain_integral', '{estimators for traction-free faces}', 'left', &
+      'right', 'domain_integral', '{estimators for traction-free faces}', 'domain_integral', &
+      '{estimators for stationary tips}', 'domain_integral', '{estimators for stationary tips}', 'domain_integral', &
+      'domain_integral', '{laws with a history}', 'material_force', '{laws with a history}', 'domain_integral', &
+      '{laws with a history}', '{growth laws in motion}', 'domain_integral', '{laws with a history}', 'orthotropic', &
+      'symmetry', 'frictionless', 'friction', '{growth laws in motion}', '{estimators by radii}', 'value', 'value', 'dcb', &
+      'symmetry', 'line', 'plane', 'straight', 'dcb', 'dcb', 'orthotropic', 'dcb', 'pressure', 'gravity', 'dcb', &
+      'displacement', 'velocity', 'stress', 'strain', 'displacement', 'velocity', 'stress', 'strain', 'velocity', 'static', &
+      'left', 'right', 'opening', 'volume', 'opening', 'volume', 'load_line', 'load_line', 'opening', 'volume', 'opening', &
+      'volume', 'load_line', 'opening', 'opening', 'load_line', 'first', 'opening']
 
    character(name_len), parameter :: values(*) = [values_1, values_2, values_3, values_4]
 
@@ -156,10 +160,10 @@ module hampm_rule_table
       atom_t(1, is_one_of, 1, 5, 9, 9, 0.0_dp), &
       atom_t(0, is_set, 1, 8, 10, 9, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 10, 10, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 11, 14, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 11, 14, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 15, 14, 0.0_dp, a_mass_matrix_that_acts), &
       atom_t(1, is_named, 0, 0, 15, 14, 0.0_dp, quadratic_cells_at_an_axis), &
-      atom_t(1, is_one_of, 9, 12, 15, 15, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 15, 15, 0.0_dp), &
       atom_t(0, is_one_of, 1, 2, 16, 16, 0.0_dp), &
       atom_t(1, is_set, 1, 3, 17, 16, 0.0_dp), &
       atom_t(0, is_set, 4, 11, 17, 16, 0.0_dp), &
@@ -167,8 +171,8 @@ module hampm_rule_table
       atom_t(0, is_one_of, 17, 6, 18, 18, 0.0_dp), &
       atom_t(1, is_one_of, 1, 2, 19, 19, 0.0_dp), &
       atom_t(0, is_one_of, 1, 2, 20, 20, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 21, 21, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 22, 22, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 21, 21, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 22, 22, 0.0_dp), &
       atom_t(0, is_one_of, 1, 2, 23, 23, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 24, 23, 0.0_dp, a_solid), &
       atom_t(0, is_set, 1, 2, 24, 23, 0.0_dp), &
@@ -198,7 +202,7 @@ module hampm_rule_table
       atom_t(1, is_one_of, 4, 2, 29, 29, 0.0_dp), &
       atom_t(0, is_below, 4, 9, 30, 29, 2.0_dp), &
       atom_t(1, is_named, 0, 0, 30, 29, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 9, 4, 30, 30, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 30, 30, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 31, 31, 0.0_dp), &
       atom_t(1, is_one_of, 4, 9, 32, 31, 2.0_dp), &
       atom_t(0, is_one_of, 5, 15, 32, 31, 1.0_dp), &
@@ -216,9 +220,9 @@ module hampm_rule_table
       atom_t(1, is_named, 0, 0, 41, 40, 0.0_dp, a_solid), &
       atom_t(2, is_one_of, 11, 1, 41, 41, 0.0_dp), &
       atom_t(0, is_present, 11, 0, 42, 41, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 42, 42, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 42, 42, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 43, 42, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 9, 10, 43, 43, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 43, 43, 0.0_dp), &
       atom_t(0, is_present, 12, 0, 44, 43, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 44, 43, 0.0_dp, a_solid), &
       atom_t(0, is_one_of, 11, 9, 44, 44, 0.0_dp), &
@@ -261,9 +265,9 @@ module hampm_rule_table
       atom_t(1, is_one_of, 17, 6, 68, 68, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 69, 68, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 69, 68, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 9, 11, 69, 69, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 69, 69, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 70, 69, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 9, 11, 70, 70, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 70, 70, 0.0_dp), &
       atom_t(0, is_one_of, 2, 4, 71, 70, 2.0_dp), &
       atom_t(1, is_one_of, 9, 1, 71, 72, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 73, 73, 0.0_dp), &
@@ -351,7 +355,7 @@ module hampm_rule_table
       atom_t(1, is_one_of, 3, 2, 109, 109, 0.0_dp), &
       atom_t(1, is_one_of, 3, 6, 110, 110, 0.0_dp), &
       atom_t(0, is_one_of, 3, 6, 111, 111, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 112, 112, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 112, 112, 0.0_dp), &
       atom_t(1, is_one_of, 3, 6, 113, 113, 0.0_dp), &
       atom_t(0, is_one_of, 3, 6, 114, 114, 0.0_dp), &
       atom_t(1, is_one_of, 2, 4, 115, 114, 2.0_dp), &
@@ -465,7 +469,7 @@ module hampm_rule_table
       atom_t(0, is_set, 4, 11, 170, 169, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 170, 170, 0.0_dp), &
       atom_t(0, is_set, 4, 11, 171, 170, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 171, 171, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 171, 171, 0.0_dp), &
       atom_t(0, is_set, 4, 12, 172, 171, 0.0_dp), &
       atom_t(0, is_named, 0, 0, 172, 171, 0.0_dp, a_shear_of_the_eigenstrain), &
       atom_t(1, is_one_of, 11, 1, 172, 172, 0.0_dp), &
@@ -565,12 +569,12 @@ module hampm_rule_table
       atom_t(0, is_set, 5, 4, 206, 205, 0.0_dp), &
       atom_t(0, is_one_of, 5, 6, 206, 206, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 207, 208, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 209, 209, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 209, 209, 0.0_dp), &
       atom_t(0, is_set, 5, 4, 210, 209, 0.0_dp), &
       atom_t(0, is_one_of, 5, 6, 210, 210, 0.0_dp), &
       atom_t(0, is_above, 5, 7, 211, 210, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 211, 212, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 213, 213, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 213, 213, 0.0_dp), &
       atom_t(0, is_one_of, 5, 14, 214, 213, 1.0_dp), &
       atom_t(1, is_one_of, 9, 1, 214, 214, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 215, 215, 0.0_dp), &
@@ -637,8 +641,8 @@ module hampm_rule_table
       atom_t(0, is_one_of, 6, 1, 247, 247, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 248, 248, 0.0_dp), &
       atom_t(0, is_one_of, 6, 1, 249, 249, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 250, 250, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 251, 251, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 250, 250, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 251, 251, 0.0_dp), &
       atom_t(0, is_one_of, 6, 1, 252, 252, 0.0_dp), &
       atom_t(1, is_one_of, 2, 4, 253, 252, 2.0_dp), &
       atom_t(1, is_named, 0, 0, 253, 252, 0.0_dp, cells_that_are_cut), &
@@ -675,609 +679,645 @@ module hampm_rule_table
       atom_t(0, is_one_of, 8, 1, 277, 279, 0.0_dp), &
       atom_t(1, is_one_of, 2, 4, 280, 279, 2.0_dp), &
       atom_t(1, is_one_of, 2, 4, 280, 279, 1.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 280, 281, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 282, 284, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 285, 285, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 286, 286, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 287, 289, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 290, 290, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 291, 291, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 292, 292, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 293, 293, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 294, 294, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 295, 295, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 296, 296, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 297, 297, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 298, 297, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 298, 298, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 10, 299, 299, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 300, 300, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 301, 301, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 302, 302, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 303, 303, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 304, 304, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 305, 305, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 306, 307, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 308, 308, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 309, 309, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 310, 310, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 311, 311, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 312, 312, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 313, 316, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 317, 317, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 318, 318, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 319, 319, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 320, 320, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 321, 320, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 321, 321, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 322, 322, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 323, 322, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 323, 323, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 324, 324, 0.0_dp), &
-      atom_t(0, is_set, 5, 15, 325, 324, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 325, 325, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 8, 326, 326, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 327, 327, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 328, 330, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 331, 331, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 332, 332, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 333, 334, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 335, 335, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 336, 336, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 337, 336, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 8, 337, 337, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 2, 338, 337, 1.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 338, 338, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 339, 339, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 340, 340, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 341, 344, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 345, 344, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 345, 346, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 347, 346, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 12, 347, 347, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 18, 348, 348, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 349, 348, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(1, is_named, 0, 0, 349, 348, 0.0_dp, quadratic_cells_at_an_axis), &
-      atom_t(1, is_one_of, 9, 18, 349, 349, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 18, 350, 350, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 351, 350, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 351, 352, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 353, 352, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 18, 353, 353, 0.0_dp)]
+      atom_t(0, is_one_of, 9, 1, 280, 282, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 283, 285, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 286, 286, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 287, 287, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 288, 290, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 291, 291, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 292, 292, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 293, 293, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 294, 294, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 295, 295, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 296, 297, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 298, 298, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 299, 299, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 300, 299, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 300, 300, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 301, 301, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 302, 302, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 303, 303, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 304, 304, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 305, 305, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 306, 306, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 307, 307, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 308, 310, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 311, 311, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 312, 312, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 313, 313, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 314, 314, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 315, 315, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 316, 319, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 320, 320, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 321, 321, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 322, 322, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 323, 323, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 324, 323, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 324, 324, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 325, 325, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 326, 325, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 326, 326, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 327, 327, 0.0_dp), &
+      atom_t(0, is_set, 5, 15, 328, 327, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 328, 328, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 329, 329, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 330, 330, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 331, 333, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 334, 334, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 335, 335, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 336, 337, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 338, 338, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 339, 339, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 340, 339, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 340, 340, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 2, 341, 340, 1.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 341, 341, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 342, 343, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 344, 344, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 345, 348, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 349, 348, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 349, 351, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 352, 351, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 13, 352, 352, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 353, 353, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 354, 353, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(1, is_named, 0, 0, 354, 353, 0.0_dp, quadratic_cells_at_an_axis), &
+      atom_t(1, is_one_of, 9, 19, 354, 354, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 355, 355, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 356, 356, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 19, 357, 357, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 358, 358, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 359, 359, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_6(*) = [ &
-      atom_t(0, is_set, 9, 2, 354, 353, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 354, 354, 0.0_dp), &
-      atom_t(0, is_set, 9, 3, 355, 354, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 355, 355, 0.0_dp), &
-      atom_t(0, is_above, 9, 2, 356, 355, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 356, 356, 0.0_dp), &
-      atom_t(1, is_above, 9, 7, 357, 356, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 15, 357, 357, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 358, 358, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 359, 359, 0.0_dp), &
-      atom_t(0, is_above, 9, 7, 360, 359, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 360, 360, 0.0_dp), &
-      atom_t(0, is_set, 9, 6, 361, 360, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 361, 362, 0.0_dp), &
-      atom_t(0, is_set, 9, 12, 363, 362, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 363, 362, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 9, 363, 362, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 363, 363, 0.0_dp), &
-      atom_t(0, is_set, 9, 9, 364, 363, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 364, 365, 0.0_dp), &
-      atom_t(1, is_set, 9, 7, 366, 365, 0.0_dp), &
-      atom_t(2, is_one_of, 9, 10, 366, 366, 0.0_dp), &
-      atom_t(0, is_set, 9, 5, 367, 366, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 360, 360, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 361, 361, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 362, 362, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 363, 363, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 364, 365, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 366, 366, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 367, 367, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 4, 368, 368, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 369, 371, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 4, 372, 372, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 4, 373, 373, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 374, 374, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 375, 375, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 376, 376, 0.0_dp), &
-      atom_t(0, is_set, 9, 4, 377, 376, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 368, 367, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 368, 368, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 369, 369, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 14, 370, 369, 1.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 370, 370, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 371, 371, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 372, 371, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 372, 372, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 373, 373, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 374, 373, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 374, 374, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 375, 375, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 376, 376, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 377, 377, 0.0_dp), &
-      atom_t(0, is_set, 9, 4, 378, 377, 0.0_dp), &
-      atom_t(1, is_present, 6, 0, 378, 377, 0.0_dp), &
-      atom_t(2, is_set, 5, 4, 378, 377, 0.0_dp), &
-      atom_t(3, is_set, 4, 12, 378, 377, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 378, 378, 0.0_dp), &
-      atom_t(1, is_present, 6, 0, 379, 378, 0.0_dp), &
-      atom_t(2, is_set, 5, 4, 379, 378, 0.0_dp), &
-      atom_t(3, is_set, 5, 5, 379, 378, 0.0_dp), &
-      atom_t(4, is_set, 4, 12, 379, 378, 0.0_dp), &
-      atom_t(0, is_set, 9, 13, 379, 378, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 379, 379, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 380, 379, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 14, 380, 379, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 380, 380, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 381, 380, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 15, 381, 380, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 381, 381, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 382, 381, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 16, 382, 381, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 382, 382, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 383, 382, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 17, 383, 382, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 383, 383, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 384, 383, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 16, 384, 383, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 384, 384, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 15, 385, 385, 0.0_dp), &
-      atom_t(0, is_set, 9, 17, 386, 385, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 386, 386, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 15, 387, 387, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 18, 388, 388, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 378, 378, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 379, 379, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 380, 380, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 381, 381, 0.0_dp), &
+      atom_t(0, is_set, 9, 4, 382, 381, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 382, 382, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 383, 383, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 384, 383, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 384, 385, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 386, 385, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 19, 386, 386, 0.0_dp), &
+      atom_t(0, is_set, 9, 2, 387, 386, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 387, 387, 0.0_dp), &
+      atom_t(0, is_set, 9, 3, 388, 387, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 388, 388, 0.0_dp), &
+      atom_t(0, is_above, 9, 2, 389, 388, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 389, 389, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 390, 391, 0.0_dp), &
-      atom_t(0, is_set, 7, 1, 392, 391, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 392, 392, 0.0_dp), &
-      atom_t(0, is_set, 19, 2, 393, 392, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 393, 392, 0.0_dp, samples_apart_from_load_steps), &
-      atom_t(0, is_one_of, 9, 6, 393, 393, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 394, 394, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 6, 395, 395, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 6, 396, 396, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 397, 397, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 6, 398, 398, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 399, 399, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 400, 400, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 401, 401, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 402, 402, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 403, 402, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 403, 403, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 404, 406, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 407, 407, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 408, 408, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 409, 408, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 409, 410, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 411, 410, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 10, 1, 411, 411, 0.0_dp), &
-      atom_t(0, is_set, 10, 8, 412, 411, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 412, 412, 0.0_dp), &
-      atom_t(0, is_set, 10, 9, 413, 412, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 413, 413, 0.0_dp), &
-      atom_t(0, is_set, 10, 10, 414, 413, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 414, 414, 0.0_dp), &
-      atom_t(0, is_set, 10, 13, 415, 414, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 415, 415, 0.0_dp), &
-      atom_t(0, is_set, 10, 2, 416, 415, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 416, 416, 0.0_dp), &
-      atom_t(0, is_set, 10, 3, 417, 416, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 417, 417, 0.0_dp), &
-      atom_t(0, is_set, 10, 4, 418, 417, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 418, 418, 0.0_dp), &
-      atom_t(0, is_set, 10, 5, 419, 418, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 419, 419, 0.0_dp), &
-      atom_t(0, is_set, 10, 6, 420, 419, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 420, 420, 0.0_dp), &
-      atom_t(0, is_set, 10, 7, 421, 420, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 421, 421, 0.0_dp), &
-      atom_t(0, is_set, 10, 11, 422, 421, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 422, 422, 0.0_dp), &
-      atom_t(0, is_set, 10, 11, 423, 422, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 423, 423, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 424, 424, 0.0_dp), &
-      atom_t(0, is_set, 10, 12, 425, 424, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 425, 425, 0.0_dp), &
-      atom_t(0, is_set, 10, 12, 426, 425, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 426, 426, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 427, 427, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 428, 430, 0.0_dp)]
+      atom_t(1, is_above, 9, 8, 390, 389, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 16, 390, 390, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 391, 391, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 392, 392, 0.0_dp), &
+      atom_t(0, is_above, 9, 8, 393, 392, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 393, 393, 0.0_dp), &
+      atom_t(0, is_above, 9, 8, 394, 393, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 394, 394, 0.0_dp), &
+      atom_t(0, is_set, 9, 7, 395, 394, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 395, 397, 0.0_dp), &
+      atom_t(0, is_set, 9, 13, 398, 397, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 398, 397, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 10, 398, 397, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 398, 398, 0.0_dp), &
+      atom_t(0, is_set, 9, 10, 399, 398, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 399, 399, 0.0_dp), &
+      atom_t(0, is_set, 9, 10, 400, 399, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 400, 401, 0.0_dp), &
+      atom_t(1, is_set, 9, 8, 402, 401, 0.0_dp), &
+      atom_t(2, is_one_of, 9, 11, 402, 402, 0.0_dp), &
+      atom_t(0, is_set, 9, 6, 403, 402, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 403, 403, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 5, 404, 404, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 405, 407, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 408, 408, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 5, 409, 409, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 410, 410, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 411, 411, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 412, 412, 0.0_dp), &
+      atom_t(0, is_set, 9, 5, 413, 412, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 413, 413, 0.0_dp), &
+      atom_t(0, is_set, 9, 5, 414, 413, 0.0_dp), &
+      atom_t(1, is_present, 6, 0, 414, 413, 0.0_dp), &
+      atom_t(2, is_set, 5, 4, 414, 413, 0.0_dp), &
+      atom_t(3, is_set, 4, 12, 414, 413, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 414, 414, 0.0_dp), &
+      atom_t(1, is_present, 6, 0, 415, 414, 0.0_dp), &
+      atom_t(2, is_set, 5, 4, 415, 414, 0.0_dp), &
+      atom_t(3, is_set, 5, 5, 415, 414, 0.0_dp), &
+      atom_t(4, is_set, 4, 12, 415, 414, 0.0_dp), &
+      atom_t(0, is_set, 9, 14, 415, 414, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 415, 415, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 416, 415, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 15, 416, 415, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 416, 416, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 417, 416, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 16, 417, 416, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 417, 417, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 418, 417, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 17, 418, 417, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 418, 418, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 419, 418, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 18, 419, 418, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 419, 419, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 420, 419, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 17, 420, 419, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 420, 420, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 16, 421, 421, 0.0_dp), &
+      atom_t(0, is_set, 9, 18, 422, 421, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 422, 422, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 16, 423, 423, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 424, 424, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 425, 425, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 426, 427, 0.0_dp), &
+      atom_t(0, is_set, 7, 1, 428, 427, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 428, 428, 0.0_dp), &
+      atom_t(0, is_set, 19, 2, 429, 428, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 429, 428, 0.0_dp, samples_apart_from_load_steps), &
+      atom_t(0, is_one_of, 9, 7, 429, 429, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 430, 430, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 7, 431, 431, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 7, 432, 432, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 433, 433, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 7, 434, 434, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 435, 435, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 436, 436, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 437, 437, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 438, 438, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 439, 438, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 439, 439, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 440, 442, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 443, 443, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_7(*) = [ &
-      atom_t(0, is_one_of, 11, 5, 431, 431, 0.0_dp), &
-      atom_t(1, is_set, 11, 2, 432, 431, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 432, 433, 0.0_dp), &
-      atom_t(1, is_set, 11, 6, 434, 433, 0.0_dp), &
-      atom_t(1, is_set, 11, 7, 434, 433, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 434, 434, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 435, 434, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 435, 434, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 435, 435, 0.0_dp), &
-      atom_t(0, is_set, 11, 6, 436, 435, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 436, 437, 0.0_dp), &
-      atom_t(0, is_set, 11, 7, 438, 437, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 438, 439, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 440, 439, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 440, 442, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 443, 443, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 444, 443, 0.0_dp), &
-      atom_t(0, is_set, 11, 11, 444, 443, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 444, 444, 0.0_dp), &
-      atom_t(2, is_one_of, 11, 5, 445, 445, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 446, 445, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 446, 446, 0.0_dp), &
-      atom_t(0, is_set, 11, 12, 447, 446, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 447, 447, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 448, 447, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 448, 448, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 449, 449, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 450, 449, 0.0_dp, several_cracks), &
-      atom_t(0, is_one_of, 11, 1, 450, 450, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 451, 450, 0.0_dp, edges_that_are_no_grid_lines), &
-      atom_t(0, is_set, 11, 8, 451, 450, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 451, 452, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 453, 453, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 454, 455, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 456, 458, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 459, 459, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 460, 459, 0.0_dp, cohesion_all_along_it), &
-      atom_t(0, is_one_of, 11, 9, 460, 460, 0.0_dp), &
-      atom_t(1, is_above, 11, 10, 461, 460, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 461, 461, 0.0_dp), &
-      atom_t(0, is_set, 11, 10, 462, 461, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 462, 462, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 463, 462, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 463, 462, 0.0_dp), &
-      atom_t(0, is_set, 12, 1, 463, 462, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 463, 463, 0.0_dp), &
-      atom_t(0, is_set, 12, 2, 464, 463, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 464, 464, 0.0_dp), &
-      atom_t(0, is_set, 12, 9, 465, 464, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 465, 465, 0.0_dp), &
-      atom_t(0, is_set, 12, 10, 466, 465, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 466, 466, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 467, 466, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 467, 466, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 12, 1, 467, 466, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 467, 466, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 10, 467, 467, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 468, 467, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 468, 468, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 469, 470, 0.0_dp), &
-      atom_t(1, is_above, 12, 4, 471, 470, 0.0_dp), &
-      atom_t(1, is_above, 12, 5, 471, 470, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 471, 471, 0.0_dp), &
-      atom_t(1, is_above, 12, 6, 472, 471, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 472, 472, 0.0_dp), &
-      atom_t(1, is_set, 12, 7, 473, 472, 0.0_dp), &
-      atom_t(1, is_set, 12, 8, 473, 472, 0.0_dp), &
-      atom_t(0, is_set, 12, 4, 473, 472, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 473, 474, 0.0_dp), &
-      atom_t(0, is_set, 12, 5, 475, 474, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 475, 476, 0.0_dp), &
-      atom_t(0, is_set, 12, 6, 477, 476, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 477, 477, 0.0_dp), &
-      atom_t(0, is_set, 12, 7, 478, 477, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 478, 478, 0.0_dp), &
-      atom_t(0, is_set, 12, 8, 479, 478, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 479, 479, 0.0_dp), &
-      atom_t(0, is_set, 12, 12, 480, 479, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 480, 479, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 480, 479, 0.0_dp), &
-      atom_t(0, is_set, 12, 11, 480, 479, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 480, 479, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 480, 479, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 480, 479, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 480, 479, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 480, 479, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 480, 480, 0.0_dp), &
-      atom_t(0, is_set, 13, 1, 481, 480, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 481, 481, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 482, 481, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 482, 481, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 13, 1, 482, 481, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 482, 482, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 483, 482, 0.0_dp, growth_by_laws_of_both_kinds), &
-      atom_t(0, is_one_of, 13, 2, 483, 483, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 484, 484, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 485, 485, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 486, 487, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 488, 488, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 489, 488, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 489, 488, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 489, 489, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 490, 489, 0.0_dp), &
-      atom_t(1, is_above, 13, 9, 490, 489, 0.0_dp), &
-      atom_t(1, is_above, 13, 10, 490, 489, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 490, 490, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 491, 490, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_one_of, 13, 25, 491, 492, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 493, 493, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 494, 494, 0.0_dp), &
-      atom_t(1, is_set, 13, 11, 495, 494, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 495, 495, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 496, 495, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 496, 495, 0.0_dp), &
-      atom_t(1, is_above, 13, 14, 496, 495, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 496, 495, 0.0_dp), &
-      atom_t(1, is_above, 13, 13, 496, 495, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 496, 496, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 497, 497, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 498, 498, 0.0_dp)]
+      atom_t(0, is_one_of, 10, 1, 444, 444, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 445, 444, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 445, 446, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 447, 446, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 10, 1, 447, 447, 0.0_dp), &
+      atom_t(0, is_set, 10, 8, 448, 447, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 448, 448, 0.0_dp), &
+      atom_t(0, is_set, 10, 9, 449, 448, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 449, 449, 0.0_dp), &
+      atom_t(0, is_set, 10, 10, 450, 449, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 450, 450, 0.0_dp), &
+      atom_t(0, is_set, 10, 13, 451, 450, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 451, 451, 0.0_dp), &
+      atom_t(0, is_set, 10, 2, 452, 451, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 452, 452, 0.0_dp), &
+      atom_t(0, is_set, 10, 3, 453, 452, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 453, 453, 0.0_dp), &
+      atom_t(0, is_set, 10, 4, 454, 453, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 454, 454, 0.0_dp), &
+      atom_t(0, is_set, 10, 5, 455, 454, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 455, 455, 0.0_dp), &
+      atom_t(0, is_set, 10, 6, 456, 455, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 456, 456, 0.0_dp), &
+      atom_t(0, is_set, 10, 7, 457, 456, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 457, 457, 0.0_dp), &
+      atom_t(0, is_set, 10, 11, 458, 457, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 458, 458, 0.0_dp), &
+      atom_t(0, is_set, 10, 11, 459, 458, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 459, 459, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 460, 460, 0.0_dp), &
+      atom_t(0, is_set, 10, 12, 461, 460, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 461, 461, 0.0_dp), &
+      atom_t(0, is_set, 10, 12, 462, 461, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 462, 462, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 463, 463, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 464, 466, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 467, 467, 0.0_dp), &
+      atom_t(1, is_set, 11, 2, 468, 467, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 468, 469, 0.0_dp), &
+      atom_t(1, is_set, 11, 6, 470, 469, 0.0_dp), &
+      atom_t(1, is_set, 11, 7, 470, 469, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 470, 470, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 471, 470, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 471, 470, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 471, 471, 0.0_dp), &
+      atom_t(0, is_set, 11, 6, 472, 471, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 472, 473, 0.0_dp), &
+      atom_t(0, is_set, 11, 7, 474, 473, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 474, 475, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 476, 475, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 476, 478, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 479, 479, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 480, 479, 0.0_dp), &
+      atom_t(0, is_set, 11, 11, 480, 479, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 480, 480, 0.0_dp), &
+      atom_t(2, is_one_of, 11, 5, 481, 481, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 482, 481, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 482, 482, 0.0_dp), &
+      atom_t(0, is_set, 11, 12, 483, 482, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 483, 483, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 484, 483, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 484, 484, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 485, 485, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 486, 485, 0.0_dp, several_cracks), &
+      atom_t(0, is_one_of, 11, 1, 486, 486, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 487, 486, 0.0_dp, edges_that_are_no_grid_lines), &
+      atom_t(0, is_set, 11, 8, 487, 486, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 487, 488, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 489, 489, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 490, 491, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 492, 494, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 495, 495, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 496, 495, 0.0_dp, cohesion_all_along_it), &
+      atom_t(0, is_one_of, 11, 9, 496, 496, 0.0_dp), &
+      atom_t(1, is_above, 11, 10, 497, 496, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 497, 497, 0.0_dp), &
+      atom_t(0, is_set, 11, 10, 498, 497, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 498, 498, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 499, 498, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 499, 498, 0.0_dp), &
+      atom_t(0, is_set, 12, 1, 499, 498, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 499, 499, 0.0_dp), &
+      atom_t(0, is_set, 12, 2, 500, 499, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 500, 500, 0.0_dp), &
+      atom_t(0, is_set, 12, 9, 501, 500, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 501, 501, 0.0_dp), &
+      atom_t(0, is_set, 12, 10, 502, 501, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 502, 502, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 503, 502, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 503, 502, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 12, 1, 503, 502, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 503, 502, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 503, 503, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 504, 503, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 504, 504, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 505, 506, 0.0_dp), &
+      atom_t(1, is_above, 12, 4, 507, 506, 0.0_dp), &
+      atom_t(1, is_above, 12, 5, 507, 506, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 507, 507, 0.0_dp), &
+      atom_t(1, is_above, 12, 6, 508, 507, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 508, 508, 0.0_dp), &
+      atom_t(1, is_set, 12, 7, 509, 508, 0.0_dp), &
+      atom_t(1, is_set, 12, 8, 509, 508, 0.0_dp), &
+      atom_t(0, is_set, 12, 4, 509, 508, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 509, 510, 0.0_dp), &
+      atom_t(0, is_set, 12, 5, 511, 510, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 511, 512, 0.0_dp), &
+      atom_t(0, is_set, 12, 6, 513, 512, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 513, 513, 0.0_dp), &
+      atom_t(0, is_set, 12, 7, 514, 513, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 514, 514, 0.0_dp), &
+      atom_t(0, is_set, 12, 8, 515, 514, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 515, 515, 0.0_dp), &
+      atom_t(0, is_set, 12, 12, 516, 515, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 516, 515, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 516, 515, 0.0_dp), &
+      atom_t(0, is_set, 12, 11, 516, 515, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 516, 515, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 516, 515, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 516, 515, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_8(*) = [ &
-      atom_t(0, is_present, 16, 0, 499, 498, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 499, 499, 0.0_dp), &
-      atom_t(0, is_set, 16, 3, 500, 499, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 500, 499, 0.0_dp), &
-      atom_t(0, is_set, 16, 4, 500, 499, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 500, 499, 0.0_dp), &
-      atom_t(0, is_set, 16, 5, 500, 499, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 500, 499, 0.0_dp), &
-      atom_t(0, is_set, 16, 1, 500, 499, 0.0_dp), &
-      atom_t(1, is_set, 16, 4, 500, 499, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 500, 503, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 504, 503, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 504, 504, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 505, 504, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 505, 504, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 505, 505, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 506, 509, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 510, 509, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 510, 510, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 511, 510, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 511, 510, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 511, 511, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 512, 511, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 512, 511, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 512, 512, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 513, 514, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 515, 515, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 516, 516, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 517, 516, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 517, 517, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 518, 517, 0.0_dp), &
-      atom_t(0, is_set, 6, 17, 518, 517, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 518, 518, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 519, 518, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 519, 518, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 516, 515, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 516, 515, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 516, 516, 0.0_dp), &
+      atom_t(0, is_set, 13, 1, 517, 516, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 517, 517, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 518, 517, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 518, 517, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 13, 1, 518, 517, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 518, 518, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 519, 518, 0.0_dp, growth_by_laws_of_both_kinds), &
       atom_t(0, is_one_of, 13, 2, 519, 519, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 520, 519, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_set, 6, 17, 520, 519, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 520, 520, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 521, 520, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 15, 0, 521, 520, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 521, 521, 0.0_dp), &
-      atom_t(0, is_set, 15, 2, 522, 521, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 522, 522, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 523, 523, 0.0_dp), &
-      atom_t(1, is_set, 15, 2, 524, 523, 0.0_dp), &
-      atom_t(0, is_set, 15, 4, 524, 523, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 524, 524, 0.0_dp), &
-      atom_t(0, is_set, 15, 5, 525, 524, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 525, 525, 0.0_dp), &
-      atom_t(0, is_present, 15, 0, 526, 525, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 526, 525, 0.0_dp, growth_scales_forces_beside_motions), &
-      atom_t(0, is_set, 5, 5, 526, 525, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 526, 525, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 526, 525, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 526, 529, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 530, 529, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 530, 529, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 530, 529, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 530, 529, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 530, 529, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 530, 533, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 534, 533, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 534, 533, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 534, 533, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 534, 533, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 534, 533, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 534, 534, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 535, 534, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 535, 534, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 535, 535, 0.0_dp), &
-      atom_t(1, is_above, 13, 8, 536, 535, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 536, 536, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 537, 536, 0.0_dp), &
-      atom_t(0, is_set, 13, 5, 537, 536, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 537, 537, 0.0_dp), &
-      atom_t(0, is_set, 13, 8, 538, 537, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 538, 538, 0.0_dp), &
-      atom_t(0, is_set, 13, 9, 539, 538, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 539, 539, 0.0_dp), &
-      atom_t(0, is_set, 13, 10, 540, 539, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 520, 520, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 521, 521, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 522, 523, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 524, 524, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 525, 524, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 525, 524, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 525, 525, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 526, 525, 0.0_dp), &
+      atom_t(1, is_above, 13, 9, 526, 525, 0.0_dp), &
+      atom_t(1, is_above, 13, 10, 526, 525, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 526, 526, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 527, 526, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_one_of, 13, 25, 527, 528, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 529, 529, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 530, 530, 0.0_dp), &
+      atom_t(1, is_set, 13, 11, 531, 530, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 531, 531, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 532, 531, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 532, 531, 0.0_dp), &
+      atom_t(1, is_above, 13, 14, 532, 531, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 532, 531, 0.0_dp), &
+      atom_t(1, is_above, 13, 13, 532, 531, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 532, 532, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 533, 533, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 534, 534, 0.0_dp), &
+      atom_t(0, is_present, 16, 0, 535, 534, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 535, 535, 0.0_dp), &
+      atom_t(0, is_set, 16, 3, 536, 535, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 536, 535, 0.0_dp), &
+      atom_t(0, is_set, 16, 4, 536, 535, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 536, 535, 0.0_dp), &
+      atom_t(0, is_set, 16, 5, 536, 535, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 536, 535, 0.0_dp), &
+      atom_t(0, is_set, 16, 1, 536, 535, 0.0_dp), &
+      atom_t(1, is_set, 16, 4, 536, 535, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 536, 539, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 540, 539, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 540, 540, 0.0_dp), &
-      atom_t(0, is_set, 13, 11, 541, 540, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 541, 541, 0.0_dp), &
-      atom_t(0, is_set, 13, 12, 542, 541, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 542, 542, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 543, 542, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 543, 543, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 544, 543, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 544, 544, 0.0_dp), &
-      atom_t(0, is_set, 13, 28, 545, 544, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 545, 545, 0.0_dp), &
-      atom_t(0, is_set, 13, 6, 546, 545, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 541, 540, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 541, 540, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 541, 541, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 542, 545, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 546, 545, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 546, 546, 0.0_dp), &
-      atom_t(0, is_set, 13, 7, 547, 546, 0.0_dp), &
-      atom_t(1, is_above, 13, 6, 547, 546, 0.0_dp), &
-      atom_t(0, is_set, 13, 15, 547, 546, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 547, 546, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 547, 546, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 547, 547, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 548, 547, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 548, 547, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 548, 547, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 548, 548, 0.0_dp), &
-      atom_t(0, is_set, 13, 19, 549, 548, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 549, 549, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 550, 549, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 550, 550, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 551, 550, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 549, 550, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 551, 551, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 552, 551, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 552, 552, 0.0_dp), &
-      atom_t(0, is_set, 13, 22, 553, 552, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 553, 553, 0.0_dp), &
-      atom_t(0, is_set, 13, 23, 554, 553, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 554, 554, 0.0_dp), &
-      atom_t(0, is_set, 13, 24, 555, 554, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 555, 555, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 21, 556, 556, 0.0_dp), &
-      atom_t(1, is_above, 13, 23, 557, 556, 0.0_dp), &
-      atom_t(0, is_set, 4, 14, 557, 556, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 557, 556, 0.0_dp), &
-      atom_t(0, is_set, 13, 26, 557, 556, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 557, 557, 0.0_dp)]
+      atom_t(1, is_one_of, 15, 1, 552, 552, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 553, 552, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 553, 553, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 554, 553, 0.0_dp), &
+      atom_t(0, is_set, 6, 17, 554, 553, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 554, 554, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 555, 554, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 555, 554, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 555, 555, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 556, 555, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_set, 6, 17, 556, 555, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 556, 556, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 557, 556, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_present, 15, 0, 557, 556, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 557, 557, 0.0_dp), &
+      atom_t(0, is_set, 15, 2, 558, 557, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 558, 558, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 559, 559, 0.0_dp), &
+      atom_t(1, is_set, 15, 2, 560, 559, 0.0_dp), &
+      atom_t(0, is_set, 15, 4, 560, 559, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 560, 560, 0.0_dp), &
+      atom_t(0, is_set, 15, 5, 561, 560, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 561, 561, 0.0_dp), &
+      atom_t(0, is_present, 15, 0, 562, 561, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 562, 561, 0.0_dp, growth_scales_forces_beside_motions), &
+      atom_t(0, is_set, 5, 5, 562, 561, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 562, 561, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 562, 561, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 562, 565, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 566, 565, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 566, 565, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 566, 565, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 566, 565, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 566, 565, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 566, 569, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 570, 569, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 570, 569, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 570, 569, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 570, 569, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 570, 569, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 570, 570, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 571, 570, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 571, 570, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 571, 571, 0.0_dp), &
+      atom_t(1, is_above, 13, 8, 572, 571, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 572, 572, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 573, 572, 0.0_dp), &
+      atom_t(0, is_set, 13, 5, 573, 572, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 573, 573, 0.0_dp), &
+      atom_t(0, is_set, 13, 8, 574, 573, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 574, 574, 0.0_dp), &
+      atom_t(0, is_set, 13, 9, 575, 574, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 575, 575, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 576, 575, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 576, 576, 0.0_dp), &
+      atom_t(0, is_set, 13, 11, 577, 576, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 577, 577, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_9(*) = [ &
-      atom_t(0, is_set, 13, 27, 558, 557, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 558, 558, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 559, 559, 0.0_dp), &
-      atom_t(1, is_set, 13, 4, 560, 559, 0.0_dp), &
-      atom_t(0, is_set, 13, 4, 560, 559, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 560, 560, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 561, 561, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 562, 562, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 563, 566, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 567, 567, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 568, 568, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 569, 570, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 571, 571, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 572, 572, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 573, 573, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 574, 574, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 575, 575, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 576, 576, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 577, 577, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 578, 579, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 580, 580, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 581, 580, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 581, 580, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 581, 580, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 581, 580, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 14, 1, 581, 580, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 581, 580, 0.0_dp), &
-      atom_t(1, is_above, 14, 2, 581, 580, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 581, 580, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 581, 581, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 582, 581, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 582, 581, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 14, 0, 582, 581, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 582, 582, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 583, 582, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 583, 582, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 583, 582, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 583, 582, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 583, 582, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 583, 583, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 584, 583, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 584, 585, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 586, 586, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 587, 586, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 587, 586, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 587, 586, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 587, 586, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 587, 587, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 588, 589, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 590, 589, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 590, 590, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 591, 592, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 593, 593, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 594, 593, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 594, 594, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 595, 594, 0.0_dp, tips_at_no_nodes), &
-      atom_t(1, is_one_of, 17, 1, 595, 595, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 596, 596, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 597, 596, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 597, 597, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 598, 597, 0.0_dp, a_plane), &
-      atom_t(1, is_one_of, 17, 1, 598, 598, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 599, 599, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 600, 599, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 600, 600, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 601, 601, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 602, 602, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 603, 603, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 604, 604, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 605, 605, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 606, 606, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 607, 607, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 608, 608, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 609, 609, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 610, 610, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 611, 612, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 613, 613, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 614, 614, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 615, 615, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 616, 616, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 617, 617, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 618, 619, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 620, 620, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 621, 621, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 622, 621, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 622, 622, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 623, 623, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 624, 623, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 624, 624, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 625, 625, 0.0_dp), &
-      atom_t(1, is_present, 14, 0, 626, 625, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 626, 626, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 627, 627, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 628, 628, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 578, 577, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 578, 578, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 579, 578, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 579, 579, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 580, 579, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 580, 580, 0.0_dp), &
+      atom_t(0, is_set, 13, 28, 581, 580, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 581, 581, 0.0_dp), &
+      atom_t(0, is_set, 13, 6, 582, 581, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 582, 582, 0.0_dp), &
+      atom_t(0, is_set, 13, 7, 583, 582, 0.0_dp), &
+      atom_t(1, is_above, 13, 6, 583, 582, 0.0_dp), &
+      atom_t(0, is_set, 13, 15, 583, 582, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 583, 583, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 584, 583, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 584, 584, 0.0_dp), &
+      atom_t(0, is_set, 13, 19, 585, 584, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 585, 585, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 586, 585, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 586, 586, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 587, 586, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 587, 587, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 588, 587, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 588, 588, 0.0_dp), &
+      atom_t(0, is_set, 13, 22, 589, 588, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 589, 589, 0.0_dp), &
+      atom_t(0, is_set, 13, 23, 590, 589, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 590, 590, 0.0_dp), &
+      atom_t(0, is_set, 13, 24, 591, 590, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 591, 591, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 21, 592, 592, 0.0_dp), &
+      atom_t(1, is_above, 13, 23, 593, 592, 0.0_dp), &
+      atom_t(0, is_set, 4, 14, 593, 592, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 593, 592, 0.0_dp), &
+      atom_t(0, is_set, 13, 26, 593, 592, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 593, 593, 0.0_dp), &
+      atom_t(0, is_set, 13, 27, 594, 593, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 594, 594, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 595, 595, 0.0_dp), &
+      atom_t(1, is_set, 13, 4, 596, 595, 0.0_dp), &
+      atom_t(0, is_set, 13, 4, 596, 595, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 596, 596, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 597, 597, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 598, 598, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 599, 602, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 603, 603, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 604, 604, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 605, 606, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 607, 607, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 608, 608, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 609, 609, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 610, 610, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 611, 611, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 612, 612, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 613, 613, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 614, 615, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 616, 616, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 617, 616, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 617, 616, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 617, 616, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 617, 616, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 14, 1, 617, 616, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 617, 616, 0.0_dp), &
+      atom_t(1, is_above, 14, 2, 617, 616, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 617, 616, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 617, 617, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 618, 617, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 618, 617, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_present, 14, 0, 618, 617, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 618, 618, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 619, 618, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 619, 618, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 619, 618, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 619, 618, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 619, 618, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 619, 619, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 620, 619, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 620, 621, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 622, 622, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 623, 622, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 623, 622, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 623, 622, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 623, 622, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 623, 623, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 624, 625, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 626, 625, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 626, 626, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 627, 628, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 629, 629, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 630, 630, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 631, 630, 1.0_dp), &
+      atom_t(1, is_present, 11, 0, 630, 629, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 630, 630, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 631, 630, 0.0_dp, tips_at_no_nodes), &
       atom_t(1, is_one_of, 17, 1, 631, 631, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 632, 631, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 632, 632, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 633, 632, 1.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 633, 633, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 634, 633, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 632, 632, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 633, 632, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 633, 633, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 634, 633, 0.0_dp, a_plane), &
       atom_t(1, is_one_of, 17, 1, 634, 634, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 635, 634, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 635, 635, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 636, 635, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 636, 636, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 637, 636, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 637, 637, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 638, 637, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 638, 639, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 640, 639, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 640, 640, 0.0_dp), &
-      atom_t(0, is_set, 17, 3, 641, 640, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 641, 641, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 642, 642, 0.0_dp), &
-      atom_t(1, is_above, 17, 7, 643, 642, 0.0_dp), &
-      atom_t(0, is_set, 17, 7, 643, 642, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 643, 643, 0.0_dp)]
+      atom_t(0, is_one_of, 17, 1, 635, 635, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 636, 635, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 636, 636, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 637, 637, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 638, 638, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 639, 639, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 640, 640, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 641, 641, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 642, 642, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 643, 643, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 644, 644, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 645, 645, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 646, 646, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 647, 648, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 649, 649, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 650, 650, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 651, 651, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 652, 652, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 653, 653, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 654, 655, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 656, 656, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 657, 657, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_10(*) = [ &
-      atom_t(0, is_one_of, 17, 6, 644, 644, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 645, 647, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 648, 648, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 649, 649, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 650, 649, 0.0_dp, several_bodies), &
-      atom_t(0, is_one_of, 17, 6, 650, 650, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 651, 651, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 652, 652, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 653, 654, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 655, 655, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 656, 655, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 656, 656, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 657, 656, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 657, 657, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 658, 657, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 658, 658, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 659, 658, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 659, 659, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 660, 659, 0.0_dp), &
-      atom_t(0, is_set, 18, 3, 660, 659, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 660, 663, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 664, 664, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 665, 665, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 4, 666, 667, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 668, 667, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 668, 669, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 670, 669, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 670, 671, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 672, 671, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 18, 5, 672, 671, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 672, 672, 0.0_dp), &
-      atom_t(1, is_set, 18, 5, 673, 672, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 673, 673, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 674, 675, 0.0_dp), &
-      atom_t(0, is_set, 18, 5, 676, 675, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 676, 678, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 679, 679, 0.0_dp), &
-      atom_t(1, is_above, 18, 7, 680, 679, 0.0_dp), &
-      atom_t(0, is_set, 18, 7, 680, 679, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 680, 680, 0.0_dp), &
-      atom_t(0, is_set, 6, 18, 681, 680, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 681, 681, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 6, 682, 682, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 683, 683, 0.0_dp)]
+      atom_t(1, is_present, 12, 0, 658, 657, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 658, 658, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 659, 659, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 660, 659, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 660, 660, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 661, 661, 0.0_dp), &
+      atom_t(1, is_present, 14, 0, 662, 661, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 662, 662, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 663, 663, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 664, 664, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 665, 665, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 666, 666, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 667, 666, 1.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 667, 667, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 668, 667, 1.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 668, 668, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 669, 668, 1.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 669, 669, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 670, 669, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 670, 670, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 671, 670, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 671, 671, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 672, 671, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 672, 672, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 673, 672, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 673, 673, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 674, 673, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 674, 675, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 676, 675, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 676, 676, 0.0_dp), &
+      atom_t(0, is_set, 17, 3, 677, 676, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 677, 677, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 678, 678, 0.0_dp), &
+      atom_t(1, is_above, 17, 7, 679, 678, 0.0_dp), &
+      atom_t(0, is_set, 17, 7, 679, 678, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 679, 679, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 680, 680, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 681, 683, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 684, 684, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 685, 685, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 686, 685, 0.0_dp, several_bodies), &
+      atom_t(0, is_one_of, 17, 6, 686, 686, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 687, 687, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 688, 688, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 689, 690, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 691, 691, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 692, 691, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 692, 692, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 693, 692, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 693, 693, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 694, 693, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 694, 694, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 695, 694, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 695, 695, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 696, 695, 0.0_dp), &
+      atom_t(0, is_set, 18, 3, 696, 695, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 696, 699, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 700, 700, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 701, 701, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 4, 702, 703, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 704, 703, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 704, 705, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 706, 705, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 706, 707, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 708, 707, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 18, 5, 708, 707, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 708, 708, 0.0_dp), &
+      atom_t(1, is_set, 18, 5, 709, 708, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 709, 709, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 710, 711, 0.0_dp), &
+      atom_t(0, is_set, 18, 5, 712, 711, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 712, 714, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 715, 715, 0.0_dp), &
+      atom_t(1, is_above, 18, 7, 716, 715, 0.0_dp), &
+      atom_t(0, is_set, 18, 7, 716, 715, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 716, 716, 0.0_dp), &
+      atom_t(0, is_set, 6, 18, 717, 716, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 717, 717, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 6, 718, 718, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 719, 719, 0.0_dp)]
 
    type(atom_t), parameter :: atoms(*) = [atoms_1, atoms_2, atoms_3, atoms_4, atoms_5, atoms_6, atoms_7, atoms_8, atoms_9, &
       atoms_10]
@@ -1637,7 +1677,7 @@ module hampm_rule_table
          'bonded bodies interact as soon as both have cells at a node', '', 526, 1, 1, 0), &
       rule_t('&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_with, '&grid order = 2', not_built, '', &
          '&grid order = 1', 528, 1, 1, 1), &
-      rule_t('&method time = ''static'' | ''implicit''', not_with, &
+      rule_t('&method time = ''static'' | ''implicit'' | ''modal''', not_with, &
          '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
          'bodies that come near each other are found in explicit steps; those that touch from the '// &
          'start may have a &crack with contact along their common face', '&method time = ''explicit''', 531, 1, 1, 1), &
@@ -1645,7 +1685,7 @@ module hampm_rule_table
          'bodies never come into contact in the total Lagrangian frame', '&method frame = ''updated''', 534, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&method time = ''static''', not_built, &
          'static equilibrium is found in the reference configuration', '&method frame = ''total''', 537, 1, 1, 1), &
-      rule_t('&method frame = ''updated''', not_with, '&method time = ''implicit''', not_built, &
+      rule_t('&method frame = ''updated''', not_with, '&method time = ''implicit'' | ''modal''', not_built, &
          'nodes keep velocity and acceleration from step to step, so they must keep their material', &
          '&method frame = ''total''', 540, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&grid order = 2', not_built, &
@@ -1656,7 +1696,7 @@ module hampm_rule_table
       rule_t('&method shape_functions = ''cpdi''', requires, '&method frame = ''updated''', mechanics, &
          'particles stay in their cells in the total Lagrangian frame, where shape functions of '//'cells are more accurate', &
          '', 550, 1, 1, 0), &
-      rule_t('&method path = ''reference''', not_with, '&method time = ''static'' | ''implicit''', by_meaning, &
+      rule_t('&method path = ''reference''', not_with, '&method time = ''static'' | ''implicit'' | ''modal''', by_meaning, &
          'the reference step is explicit', '&method time = ''explicit''', 552, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&method shape_functions = ''cpdi''', not_built, &
          'particles of the reference step are points of cells', '&method shape_functions = ''linear''', 555, 1, 1, 1), &
@@ -1678,431 +1718,459 @@ module hampm_rule_table
          0), &
       rule_t('&method path = ''reference''', not_with, '&energy_release energy_balance = .true.', not_built, &
          'the reference step does not record numerical losses', '', 581, 1, 1, 0), &
-      rule_t('&method mass = ''fmpm''', not_with, '&method time = ''implicit''', mechanics, &
-         'fmpm is a series for the inverse, and implicit steps use the matrix', '&method mass = ''consistent''', 583, 1, 1, 1), &
+      rule_t('&method mass = ''fmpm''', not_with, '&method time = ''implicit'' | ''modal''', mechanics, &
+         'fmpm is a series for the inverse, and implicit steps and modes use the matrix', '&method mass = ''consistent''', 583, &
+         1, 1, 1), &
       rule_t('&method mass = ''lumped'' | ''partial'' | ''fmpm'' | ''weighted''', not_with, &
-         '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', mechanics, &
+         '&grid order = 2 and &method time = ''explicit'' | ''implicit'' | ''modal'' and cells that are '//'cut', mechanics, &
          'some nodes would have a lumped mass below 0', '&method mass = ''consistent''', 586, 1, 3, 1), &
       rule_t('&method solver = ''cg''', not_with, 'a mass matrix that acts and quadratic cells at an axis', mechanics, &
          'cg is preconditioned by lumped masses, which are 0 on the axis', '&method solver = ''direct''', 591, 1, 2, 1), &
+      rule_t('&method solver = ''cg''', not_with, '&method time = ''modal''', mechanics, &
+         'each mode needs many solutions, which a factor gives', '&method solver = ''direct''', 595, 1, 1, 1), &
+      rule_t('&material law = {laws of any strain}', not_with, '&method time = ''modal''', mechanics, &
+         'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 598, 1, &
+         1, 1), &
+      rule_t('&material law = {laws with a history}', not_with, '&method time = ''modal''', mechanics, &
+         'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 601, 1, &
+         1, 1), &
+      rule_t('&crack contact = ''frictionless'' | ''friction''', not_with, '&method time = ''modal''', mechanics, &
+         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 604, 1, 1, 1), &
+      rule_t('&cohesive', not_with, '&method time = ''modal''', mechanics, &
+         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 607, 1, 1, 1), &
+      rule_t('&constraint unilateral = .true.', not_with, '&method time = ''modal''', mechanics, &
+         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 610, 1, 1, 1), &
+      rule_t('&constraint displacement', not_with, '&method time = ''modal''', not_built, 'modes have fixed supports', &
+         '&method time = ''implicit''', 613, 1, 1, 1), &
+      rule_t('&constraint velocity', not_with, '&method time = ''modal''', not_built, 'modes have fixed supports', &
+         '&method time = ''implicit''', 616, 1, 1, 1), &
+      rule_t('&load kind = ''absorbing''', not_with, '&method time = ''modal''', mechanics, &
+         'dashpots at edges couple the modes', '&method time = ''implicit''', 619, 1, 1, 1), &
+      rule_t('&refine indicator = {indicators of the motion}', not_with, '&method time = ''modal''', mechanics, &
+         'modes belong to one mesh', '&refine indicator = ''tip''', 622, 1, 1, 1), &
+      rule_t('&method modes', requires, '&method time = ''modal''', by_meaning, '', '', 625, 1, 1, 0)]
+
+   type(rule_t), parameter :: rules_7(*) = [ &
       rule_t('&method solver = ''cg''', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
          'cg is preconditioned by inverses of mass matrices of cells, and those of small cut cells '//'may be singular', &
-         '&method solver = ''direct''', 595, 1, 3, 1), &
+         '&method solver = ''direct''', 627, 1, 3, 1), &
       rule_t('&method time_step', requires, '&method time = ''implicit''', by_meaning, &
-         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 600, 1, 1, 0), &
-      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 602, 1, 1, 0), &
+         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 632, 1, 1, 0), &
+      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 634, 1, 1, 0), &
       rule_t('&method time_step > 0', not_with, '&method time = ''implicit'' and &method courant > 0', by_meaning, &
-         'both give the time step', 'one of both', 604, 1, 2, 0), &
+         'both give the time step', 'one of both', 636, 1, 2, 0), &
       rule_t('&method consistent_region = ''refined'' and &method mass = ''partial''', requires, &
-         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 607, 2, 1, 0), &
+         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 639, 2, 1, 0), &
       rule_t('&method courant > 0', no_effect_with, '&method time = ''static''', mechanics, &
-         'a load step has no length to limit', '', 610, 1, 1, 0), &
-      rule_t('&method scheme', no_effect_with, '&method time = ''static'' | ''implicit''', mechanics, &
-         'the scheme is the order of updates in an explicit step', '', 612, 1, 1, 0), &
+         'a load step has no length to limit', '', 642, 1, 1, 0), &
+      rule_t('&method courant > 0', no_effect_with, '&method time = ''modal''', mechanics, &
+         'modes have exact solutions, from row to row', '', 644, 1, 1, 0), &
+      rule_t('&method scheme', no_effect_with, '&method time = ''static'' | ''implicit'' | ''modal''', mechanics, &
+         'the scheme is the order of updates in an explicit step', '', 646, 1, 1, 0), &
       rule_t('&method mass', no_effect_without, 'a mass matrix that acts', mechanics, &
-         'a static model needs mass to extrapolate stress only', '', 614, 1, 1, 0), &
+         'a static model needs mass to extrapolate stress only', '', 648, 1, 1, 0), &
       rule_t('&method wave_speed', no_effect_with, '&method time = ''static''', mechanics, 'a load step has no length to limit', &
-         '', 616, 1, 1, 0), &
+         '', 650, 1, 1, 0), &
+      rule_t('&method wave_speed', no_effect_with, '&method time = ''modal''', mechanics, &
+         'modes have exact solutions, from row to row', '', 652, 1, 1, 0), &
       rule_t('&method wave_speed and &method time = ''explicit'' | ''implicit''', no_effect_without, &
          '&method courant or &method frame = ''updated''', by_meaning, 'the step is a fraction of the largest stable one', '', &
-         618, 2, 2, 0), &
-      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 622, 1, 1, 0)]
-
-   type(rule_t), parameter :: rules_7(*) = [ &
+         654, 2, 2, 0), &
+      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 658, 1, 1, 0), &
       rule_t('&method start = ''static''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 624, 1, 1, 1), &
+         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 660, 1, 1, 1), &
       rule_t('&method start = ''static''', not_with, &
          '&material volumetric = ''b_bar'' and &material law = {laws of any strain}', not_built, &
-         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 627, 1, 2, 1), &
+         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 663, 1, 2, 1), &
       rule_t('&method start', no_effect_with, '&method time = ''static''', mechanics, 'all states are in static equilibrium', &
-         '', 631, 1, 1, 0), &
+         '', 667, 1, 1, 0), &
       rule_t('&method start', no_effect_without, '&load or &constraint displacement or &body eigenstrain', by_meaning, &
-         'nothing acts at time 0', '', 633, 1, 3, 0), &
+         'nothing acts at time 0', '', 669, 1, 3, 0), &
       rule_t('&method time = ''static''', no_effect_without, &
          '&load or &constraint displacement or &constraint velocity or &body eigenstrain', by_meaning, &
-         'nothing loads the model, and all displacements stay 0', '', 637, 1, 4, 0), &
-      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 642, &
+         'nothing loads the model, and all displacements stay 0', '', 673, 1, 4, 0), &
+      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 678, &
          1, 2, 0), &
       rule_t('&method lumped_fraction', no_effect_without, '&method mass = ''weighted'' and a mass matrix that acts', &
-         by_meaning, '', '', 645, 1, 2, 0), &
+         by_meaning, '', '', 681, 1, 2, 0), &
       rule_t('&method consistent_region', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 648, 1, 2, 0), &
+         by_meaning, '', '', 684, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 651, 1, 2, 0), &
+         by_meaning, '', '', 687, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 654, 1, 2, 0), &
+         by_meaning, '', '', 690, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 657, 1, 2, 0), &
+         'the region consists of the refined cells', '', 693, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 660, 1, 2, 0), &
+         'the region consists of the refined cells', '', 696, 1, 2, 0), &
       rule_t('&method solver = ''direct''', no_effect_with, &
          '&method time = ''explicit'' and &method mass = ''lumped'' | ''fmpm''', mechanics, 'lumped masses need no solution', &
-         '', 663, 1, 2, 0), &
-      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 666, &
+         '', 699, 1, 2, 0), &
+      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 702, &
          1, 1, 0), &
       rule_t('&output history_interval', no_effect_with, 'samples apart from load steps', by_meaning, &
-         'a row of a static history is a load step', '', 668, 1, 1, 0), &
+         'a row of a static history is a load step', '', 704, 1, 1, 0), &
       rule_t('&method scheme = ''usf''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 6 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 670, 1, 1, 1), &
+         '&method scheme = ''musl''', 706, 1, 1, 1), &
       rule_t('&method scheme = ''usavg''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 3 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 673, 1, 1, 1), &
+         '&method scheme = ''musl''', 709, 1, 1, 1), &
       rule_t('&method mass = ''lumped''', noted_with, '&growth law = {growth laws in motion}', mechanics, &
          'K of a tip at 0.6 of the speed of Rayleigh waves is up to 4 % low, and a crack that grows '// &
-         'by its toughness comes 5 % less far', '&method mass = ''weighted''', 676, 1, 1, 1), &
-      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 679, 1, 1, 0), &
+         'by its toughness comes 5 % less far', '&method mass = ''weighted''', 712, 1, 1, 1), &
+      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 715, 1, 1, 0), &
       rule_t('&refine indicator = {indicators of one body}', not_with, &
          '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 681, 1, 1, 1), &
+         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 717, 1, 1, 1), &
       rule_t('&refine indicator = {indicators of the motion}', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
-         'particles would have to move to finer cells', '&refine indicator = ''tip''', 684, 1, 3, 1), &
+         'particles would have to move to finer cells', '&refine indicator = ''tip''', 720, 1, 3, 1), &
       rule_t('&refine max_level', no_effect_without, '&refine indicator = {indicators}', by_meaning, &
-         'an indicator selects the cells to refine', '', 689, 1, 1, 0), &
-      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 691, 1, 1, 0), &
-      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 693, 1, 1, 0), &
-      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 695, 1, 1, 0), &
-      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 697, 1, 1, 0), &
-      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 699, 1, 1, 0), &
-      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 701, 1, 1, 0), &
-      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 703, 1, 1, 0), &
-      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 705, 1, 1, 0), &
-      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 707, 1, 1, 0), &
-      rule_t('&refine start', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 709, 1, 1, 0), &
-      rule_t('&refine start', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 711, 1, 2, 0), &
-      rule_t('&refine interval', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 714, 1, 1, 0), &
-      rule_t('&refine interval', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 716, 1, 2, 0), &
-      rule_t('&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', requires, '&crack tip', &
-         by_meaning, '', '', 719, 2, 1, 0), &
-      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 722, 1, 2, &
-         0), &
-      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 725, 1, 1, 0), &
-      rule_t('&crack tip', requires, '&crack front = ''straight''', by_meaning, 'others have a place by center or points', '', &
-         727, 1, 1, 0), &
-      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 729, 1, 1, 0)]
+         'an indicator selects the cells to refine', '', 725, 1, 1, 0), &
+      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 727, 1, 1, 0), &
+      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 729, 1, 1, 0), &
+      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 731, 1, 1, 0), &
+      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 733, 1, 1, 0), &
+      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 735, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_8(*) = [ &
-      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 731, 1, 1, 0), &
+      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 737, 1, 1, 0), &
+      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 739, 1, 1, 0), &
+      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 741, 1, 1, 0), &
+      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 743, 1, 1, 0), &
+      rule_t('&refine start', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
+         'the indicator tip refines before the first step', '', 745, 1, 1, 0), &
+      rule_t('&refine start', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
+         mechanics, 'static refinement is between load steps', '', 747, 1, 2, 0), &
+      rule_t('&refine interval', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
+         'the indicator tip refines before the first step', '', 750, 1, 1, 0), &
+      rule_t('&refine interval', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
+         mechanics, 'static refinement is between load steps', '', 752, 1, 2, 0), &
+      rule_t('&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', requires, '&crack tip', &
+         by_meaning, '', '', 755, 2, 1, 0), &
+      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 758, 1, 2, &
+         0), &
+      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 761, 1, 1, 0), &
+      rule_t('&crack tip', requires, '&crack front = ''straight''', by_meaning, 'others have a place by center or points', '', &
+         763, 1, 1, 0), &
+      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 765, 1, 1, 0), &
+      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 767, 1, 1, 0), &
       rule_t('&crack direction', no_effect_with, '&crack front = ''disc'' | ''ellipse'' | ''polygon''', by_meaning, &
-         'they are closed', '', 733, 1, 1, 0), &
-      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 735, 1, 1, 0), &
-      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 737, 1, 2, &
+         'they are closed', '', 769, 1, 1, 0), &
+      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 771, 1, 1, 0), &
+      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 773, 1, 2, &
          0), &
       rule_t('&crack tip', not_with, '&crack kind = ''path''', by_meaning, &
-         'the ends of a path inside the material are its tips', '', 740, 1, 1, 0), &
+         'the ends of a path inside the material are its tips', '', 776, 1, 1, 0), &
       rule_t('&crack name', no_effect_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack is the only one and needs no name', '', 742, 1, 1, 0), &
-      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 744, &
+         'the crack is the only one and needs no name', '', 778, 1, 1, 0), &
+      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 780, &
          1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'several cracks', not_built, &
-         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 746, 1, 1, 0), &
+         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 782, 1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'edges that are no grid lines', not_built, &
-         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 748, 1, 1, 0), &
+         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 784, 1, 1, 0), &
       rule_t('&crack length', requires, '&crack kind = ''line'' | ''plane'' and &crack front = ''straight''', by_meaning, &
-         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 750, 1, 2, 0), &
+         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 786, 1, 2, 0), &
       rule_t('&crack contact = ''frictionless'' | ''friction''', requires, '&crack kind = ''line'' | ''path'' | ''plane''', &
-         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 753, 1, 1, 0), &
+         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 789, 1, 1, 0), &
       rule_t('&crack contact = ''frictionless''', no_effect_with, 'cohesion all along it', mechanics, &
-         'faces with a cohesive zone are in contact anyway', '', 755, 1, 1, 0), &
+         'faces with a cohesive zone are in contact anyway', '', 791, 1, 1, 0), &
       rule_t('&crack contact = ''friction''', requires, '&crack friction > 0', by_meaning, '', &
-         '&crack contact = ''frictionless''', 757, 1, 1, 1), &
-      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 760, 1, 1, 0), &
-      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 762, 1, 1, 0), &
-      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 764, 1, &
+         '&crack contact = ''frictionless''', 793, 1, 1, 1), &
+      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 796, 1, 1, 0), &
+      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 798, 1, 1, 0), &
+      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 800, 1, &
          1, 0), &
-      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 766, 1, &
+      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 802, 1, &
          1, 0), &
       rule_t('&cohesive strength_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         768, 1, 1, 0), &
+         804, 1, 1, 0), &
       rule_t('&cohesive toughness_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         770, 1, 1, 0), &
-      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 772, 2, &
+         806, 1, 1, 0), &
+      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 808, 2, &
          1, 0), &
       rule_t('&cohesive', requires, '&method frame = ''total''', not_built, &
-         'damage is lost where cells are cut again as faces move', '', 775, 1, 1, 0), &
+         'damage is lost where cells are cut again as faces move', '', 811, 1, 1, 0), &
       rule_t('&cohesive', not_with, '&growth law = {growth laws at rest}', mechanics, &
-         'growth scales loads as in a linear body, but cohesion depends on the history', '', 777, 1, 1, 0), &
+         'growth scales loads as in a linear body, but cohesion depends on the history', '', 813, 1, 1, 0), &
       rule_t('&cohesive law = ''linear'' | ''bilinear''', requires, '&cohesive strength > 0 and &cohesive toughness > 0', &
-         by_meaning, '', '', 779, 1, 2, 0), &
-      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 782, 1, 1, 0), &
-      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 784, 1, 2, &
+         by_meaning, '', '', 815, 1, 2, 0), &
+      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 818, 1, 1, 0), &
+      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 820, 1, 2, &
          0), &
       rule_t('&cohesive strength', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 787, 1, 1, 0), &
+         'the points of the table give it', '', 823, 1, 1, 0), &
       rule_t('&cohesive toughness', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 789, 1, 1, 0), &
-      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 791, 1, 1, 0), &
-      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 793, 1, 1, 0), &
-      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 795, 1, 1, 0), &
-      rule_t('&cohesive exponent', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 797, 1, 2, 0), &
-      rule_t('&cohesive mixed_mode', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 800, 1, 2, 0), &
-      rule_t('&growth', requires, '&crack', by_meaning, '', '', 803, 1, 1, 0), &
-      rule_t('&growth', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'a crack grows by G, K_I and K_II', '', 805, 1, 1, 0), &
-      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 807, 1, 1, &
-         0), &
-      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 809, 2, 1, &
-         0), &
-      rule_t('&growth law = {growth laws at rest}', not_with, 'growth by laws of both kinds', not_built, '', 'laws of one kind', &
-         812, 1, 1, 0), &
-      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 814, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in motion}', requires, '&method time = ''explicit'' | ''implicit''', by_meaning, &
-         'a static model has no time', '', 816, 1, 1, 0), &
-      rule_t('&growth law = {growth laws at rest by toughness}', requires, '&growth increment > 0 and &growth toughness > 0', &
-         by_meaning, '', '', 818, 1, 2, 0)]
+         'the points of the table give it', '', 825, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_9(*) = [ &
+      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 827, 1, 1, 0), &
+      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 829, 1, 1, 0), &
+      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 831, 1, 1, 0), &
+      rule_t('&cohesive exponent', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
+         'mode II has the values of mode I', '', 833, 1, 2, 0), &
+      rule_t('&cohesive mixed_mode', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
+         'mode II has the values of mode I', '', 836, 1, 2, 0), &
+      rule_t('&growth', requires, '&crack', by_meaning, '', '', 839, 1, 1, 0), &
+      rule_t('&growth', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
+         'a crack grows by G, K_I and K_II', '', 841, 1, 1, 0), &
+      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 843, 1, 1, &
+         0), &
+      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 845, 2, 1, &
+         0), &
+      rule_t('&growth law = {growth laws at rest}', not_with, 'growth by laws of both kinds', not_built, '', 'laws of one kind', &
+         848, 1, 1, 0), &
+      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 850, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in motion}', requires, '&method time = ''explicit'' | ''implicit''', by_meaning, &
+         'a static model has no time', '', 852, 1, 1, 0), &
+      rule_t('&growth law = {growth laws at rest by toughness}', requires, '&growth increment > 0 and &growth toughness > 0', &
+         by_meaning, '', '', 854, 1, 2, 0), &
       rule_t('&growth law = {growth laws in cycles}', requires, &
-         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 821, 1, 3, 0), &
+         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 857, 1, 3, 0), &
       rule_t('&growth law = {growth laws in cycles}', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are held do not change in a cycle', '', 825, 1, 1, 0), &
+         'loads and motions that are held do not change in a cycle', '', 861, 1, 1, 0), &
       rule_t('&growth rate = ''walker'' | ''forman''', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', &
-         827, 1, 1, 0), &
-      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 829, 1, 1, 0), &
-      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 831, &
+         863, 1, 1, 0), &
+      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 865, 1, 1, 0), &
+      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 867, &
          1, 1, 0), &
       rule_t('&growth wheeler_exponent', requires, '&growth wheeler_stress > 0', mechanics, 'plastic zones depend on it', '', &
-         833, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 835, 1, 1, 0), &
+         869, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 871, 1, 1, 0), &
       rule_t('&growth tips = ''largest''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         'each tip has a rate of its own', '&growth tips = ''all''', 837, 1, 1, 1), &
-      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 840, 1, 1, 0), &
-      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 842, 1, 1, 0), &
-      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 844, 1, 1, 0), &
-      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 846, 1, 1, 0), &
-      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 848, 1, 1, 0), &
+         'each tip has a rate of its own', '&growth tips = ''all''', 873, 1, 1, 1), &
+      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 876, 1, 1, 0), &
+      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 878, 1, 1, 0), &
+      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 880, 1, 1, 0), &
+      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 882, 1, 1, 0), &
+      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 884, 1, 1, 0), &
       rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 850, 2, 1, 0), &
+         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 886, 2, 1, 0), &
       rule_t('&constraint start and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 853, 2, 1, 0), &
+         '&cycles tells how loads change', '', 889, 2, 1, 0), &
       rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, &
-         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 856, 2, 1, 0), &
+         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 892, 2, 1, 0), &
       rule_t('&load start and &load held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 859, 2, 1, 0), &
+         '&cycles tells how loads change', '', 895, 2, 1, 0), &
       rule_t('&constraint velocity and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', &
-         mechanics, '&cycles tells how much is moved; give a displacement', '', 862, 2, 1, 0), &
+         mechanics, '&cycles tells how much is moved; give a displacement', '', 898, 2, 1, 0), &
       rule_t('&control quantity = ''load'' | ''displacement''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '&control quantity = ''growth''', 865, 1, 1, 1), &
+         '&cycles tells how loads change', '&control quantity = ''growth''', 901, 1, 1, 1), &
       rule_t('&constraint held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
-         'only growth at rest scales loads and motions', '', 868, 1, 2, 0), &
+         'only growth at rest scales loads and motions', '', 904, 1, 2, 0), &
       rule_t('&load held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
-         'only growth at rest scales loads and motions', '', 871, 1, 2, 0), &
+         'only growth at rest scales loads and motions', '', 907, 1, 2, 0), &
       rule_t('&constraint held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 874, 2, 1, 0), &
+         'growth scales loads and motions that are not held, so that G is the toughness', '', 910, 2, 1, 0), &
       rule_t('&load held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 877, 2, 1, 0), &
+         'growth scales loads and motions that are not held, so that G is the toughness', '', 913, 2, 1, 0), &
       rule_t('&control', requires, '&growth law = {growth laws at rest}', not_built, &
-         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 880, 1, 1, 0), &
-      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 882, 1, 1, 0), &
-      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 884, 1, 1, 0), &
+         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 916, 1, 1, 0), &
+      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 918, 1, 1, 0), &
+      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 920, 1, 1, 0), &
       rule_t('&control history', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 886, 1, 1, 0), &
-      rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 888, 1, 1, 0), &
-      rule_t('&control', not_with, 'growth scales forces beside motions', mechanics, &
-         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 890, 1, 1, 0), &
-      rule_t('&constraint velocity and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how much is moved; give a displacement', '', 892, 2, 1, 0), &
-      rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 895, 2, 1, 0), &
-      rule_t('&constraint start and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 898, 2, 1, 0), &
-      rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, '&control', &
-         mechanics, 'the frame tells how loads change, by its history', '', 901, 2, 1, 0), &
-      rule_t('&load start and &load held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 904, 2, 1, 0), &
-      rule_t('&load on = ''crack'' and &load held = .false.', not_with, '&control', not_built, &
-         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 907, 2, 1, 0), &
-      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 910, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 912, &
-         1, 1, 0), &
-      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 914, &
-         1, 1, 0), &
-      rule_t('&growth speed', requires, '&growth law = ''prescribed''', by_meaning, '', '', 916, 1, 1, 0), &
-      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 918, 1, 1, 0)]
+         'load and displacement follow the crack', '', 922, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_10(*) = [ &
-      rule_t('&growth rate_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 920, 1, 1, 0), &
-      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 922, 1, 1, 0), &
-      rule_t('&growth threshold', requires, '&growth law = ''fatigue''', by_meaning, '', '', 924, 1, 1, 0), &
-      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 926, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 928, 1, 1, 0), &
-      rule_t('&growth increment', requires, '&growth law = {growth laws at rest}', by_meaning, &
-         'dynamic growth advances in each time step', '', 930, 1, 1, 0), &
-      rule_t('&growth limit_speed', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, '', '', 932, 1, &
-         1, 0), &
-      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 934, 1, 1, 0), &
-      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 936, &
+      rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
+         'load and displacement follow the crack', '', 924, 1, 1, 0), &
+      rule_t('&control', not_with, 'growth scales forces beside motions', mechanics, &
+         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 926, 1, 1, 0), &
+      rule_t('&constraint velocity and &constraint held = .false.', not_with, '&control', mechanics, &
+         'the frame tells how much is moved; give a displacement', '', 928, 2, 1, 0), &
+      rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
+         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 931, 2, 1, 0), &
+      rule_t('&constraint start and &constraint held = .false.', not_with, '&control', mechanics, &
+         'the frame tells how loads change, by its start', '', 934, 2, 1, 0), &
+      rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, '&control', &
+         mechanics, 'the frame tells how loads change, by its history', '', 937, 2, 1, 0), &
+      rule_t('&load start and &load held = .false.', not_with, '&control', mechanics, &
+         'the frame tells how loads change, by its start', '', 940, 2, 1, 0), &
+      rule_t('&load on = ''crack'' and &load held = .false.', not_with, '&control', not_built, &
+         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 943, 2, 1, 0), &
+      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 946, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 948, &
          1, 1, 0), &
-      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 938, 1, &
+      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 950, &
+         1, 1, 0), &
+      rule_t('&growth speed', requires, '&growth law = ''prescribed''', by_meaning, '', '', 952, 1, 1, 0), &
+      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 954, 1, 1, 0), &
+      rule_t('&growth rate_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 956, 1, 1, 0), &
+      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 958, 1, 1, 0), &
+      rule_t('&growth threshold', requires, '&growth law = ''fatigue''', by_meaning, '', '', 960, 1, 1, 0), &
+      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 962, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 964, 1, 1, 0), &
+      rule_t('&growth increment', requires, '&growth law = {growth laws at rest}', by_meaning, &
+         'dynamic growth advances in each time step', '', 966, 1, 1, 0), &
+      rule_t('&growth limit_speed', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, '', '', 968, 1, &
          1, 0), &
-      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 940, 1, &
+      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 970, 1, 1, 0), &
+      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 972, &
+         1, 1, 0), &
+      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 974, 1, &
          1, 0), &
-      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 942, &
+      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 976, 1, &
+         1, 0), &
+      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 978, &
          1, 1, 0), &
       rule_t('&growth speeds', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, &
-         'a tip at rest has no speed', '', 944, 1, 1, 0), &
-      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 946, &
+         'a tip at rest has no speed', '', 980, 1, 1, 0), &
+      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 982, &
          1, 1, 0), &
-      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 948, 1, 1, 0), &
-      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 950, 1, 1, &
+      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 984, 1, 1, 0), &
+      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 986, 1, 1, &
          0), &
-      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 952, 1, &
+      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 988, 1, &
          1, 0), &
-      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 954, 1, &
+      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 990, 1, &
          1, 0), &
-      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 956, 1, 1, 0), &
+      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 992, 1, 1, 0), &
       rule_t('&growth start', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', &
-         958, 1, 1, 0), &
-      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 960, &
+         994, 1, 1, 0), &
+      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 996, &
          1, 1, 0), &
-      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 962, 1, 1, 0), &
-      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 964, 1, 1, 0), &
+      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 998, 1, 1, 0), &
+      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 1000, 1, 1, 0), &
       rule_t('&growth direction = ''path''', not_with, '&growth law = {growth laws at rest}', not_built, &
-         'static growth follows a criterion or the crack''s own line', '', 966, 1, 1, 0), &
+         'static growth follows a criterion or the crack''s own line', '', 1002, 1, 1, 0), &
       rule_t('&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy'' | ''path''', not_with, &
          '&crack kind = ''symmetry''', mechanics, 'the crack stays on its symmetry plane', '&growth direction = ''straight''', &
-         968, 1, 1, 1), &
+         1004, 1, 1, 1), &
       rule_t('&growth tips = ''last'' | ''first''', not_with, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''largest''', 971, 1, 1, 1), &
+         '&growth tips = ''largest''', 1007, 1, 1, 1), &
       rule_t('&growth tips = ''largest''', requires, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''all''', 974, 1, 1, 1), &
-      rule_t('&growth tips = ''first''', not_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack has one tip, its last point', '', 977, 1, 1, 0), &
-      rule_t('&growth tips = ''largest'' | ''last''', no_effect_with, '&crack kind = ''symmetry''', mechanics, &
-         'the crack has one tip', '', 979, 1, 1, 0), &
-      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 981, 1, 1, 0), &
-      rule_t('&nucleation and several cracks', requires, '&nucleation crack', by_meaning, 'the name selects the crack', '', 983, &
-         2, 1, 0), &
-      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 986, 1, 1, 0), &
-      rule_t('&nucleation', requires, '&method time = ''static''', not_built, &
-         'cracks appear at rest; in motion &cohesive parts faces', '', 988, 1, 1, 0), &
-      rule_t('&nucleation', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are not held are scaled until the crack appears', '', 990, 1, 1, 0), &
-      rule_t('&nucleation', not_with, '&crack kind = ''symmetry''', not_built, 'the whole body tells the energy of a new crack', &
-         '', 992, 1, 1, 0), &
-      rule_t('&nucleation', not_with, '&control', not_built, 'what a new crack releases depends on the stiffness of the frame', &
-         '', 994, 1, 1, 0), &
-      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 996, &
-         1, 1, 0), &
-      rule_t('&nucleation', not_with, '&load on = ''crack''', not_built, &
-         'a pressure does work on the faces of a new crack at once', '', 998, 1, 1, 0), &
-      rule_t('&nucleation', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1000, 1, 1, 1), &
-      rule_t('&nucleation', not_with, '&constraint unilateral = .true.', not_built, &
-         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1003, 1, 1, 1)]
+         '&growth tips = ''all''', 1010, 1, 1, 1)]
 
    type(rule_t), parameter :: rules_11(*) = [ &
+      rule_t('&growth tips = ''first''', not_with, '&crack kind = ''symmetry''', by_meaning, &
+         'the crack has one tip, its last point', '', 1013, 1, 1, 0), &
+      rule_t('&growth tips = ''largest'' | ''last''', no_effect_with, '&crack kind = ''symmetry''', mechanics, &
+         'the crack has one tip', '', 1015, 1, 1, 0), &
+      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1017, 1, 1, 0), &
+      rule_t('&nucleation and several cracks', requires, '&nucleation crack', by_meaning, 'the name selects the crack', '', &
+         1019, 2, 1, 0), &
+      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1022, 1, 1, 0), &
+      rule_t('&nucleation', requires, '&method time = ''static''', not_built, &
+         'cracks appear at rest; in motion &cohesive parts faces', '', 1024, 1, 1, 0), &
+      rule_t('&nucleation', requires, 'something that growth scales', mechanics, &
+         'loads and motions that are not held are scaled until the crack appears', '', 1026, 1, 1, 0), &
+      rule_t('&nucleation', not_with, '&crack kind = ''symmetry''', not_built, 'the whole body tells the energy of a new crack', &
+         '', 1028, 1, 1, 0), &
+      rule_t('&nucleation', not_with, '&control', not_built, 'what a new crack releases depends on the stiffness of the frame', &
+         '', 1030, 1, 1, 0), &
+      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1032, &
+         1, 1, 0), &
+      rule_t('&nucleation', not_with, '&load on = ''crack''', not_built, &
+         'a pressure does work on the faces of a new crack at once', '', 1034, 1, 1, 0), &
+      rule_t('&nucleation', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
+         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1036, 1, 1, 1), &
+      rule_t('&nucleation', not_with, '&constraint unilateral = .true.', not_built, &
+         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1039, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws of any strain}', not_built, &
-         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1006, &
+         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1042, &
          1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws with a history}', mechanics, &
          'what is stored before and after does not tell what a new crack releases', &
-         '&material law = ''linear_elastic'' | ''orthotropic''', 1009, 1, 1, 1), &
-      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1012, 1, 1, 0), &
+         '&material law = ''linear_elastic'' | ''orthotropic''', 1045, 1, 1, 1), &
+      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1048, 1, 1, 0), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, 'tips at no nodes', mechanics, &
-         'virtual crack closure needs a tip at a node', '''domain_integral''', 1014, 1, 1, 1), &
+         'virtual crack closure needs a tip at a node', '''domain_integral''', 1050, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, &
          '&growth and &crack kind = ''symmetry'' and a plane', mechanics, &
-         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1017, 1, 3, &
+         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1053, 1, 3, &
          1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, '&cohesive', mechanics, &
-         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1022, 1, 1, 1), &
+         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1058, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of elastic material}', not_with, '&material law = {laws with a history}', &
-         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1025, 1, 1, 1), &
+         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1061, 1, 1, 1), &
       rule_t('&energy_release estimators = ''stress_closure''', not_with, '&load on = ''crack''', mechanics, &
-         'the derivation assumes traction-free crack faces', '''domain_integral''', 1028, 1, 1, 1), &
+         'the derivation assumes traction-free crack faces', '''domain_integral''', 1064, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of isotropic material}', not_with, '&material law = ''orthotropic''', &
-         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1031, 1, 1, 1), &
+         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1067, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, &
          '&crack contact = ''frictionless'' | ''friction''', mechanics, 'the estimator assumes traction-free crack faces', &
-         '''domain_integral''', 1034, 1, 1, 1), &
+         '''domain_integral''', 1070, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load on = ''crack''', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1037, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1073, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load face = ''left'' | ''right''', &
-         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1040, 1, 1, 1), &
+         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1076, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&cohesive', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1043, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1079, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&growth', not_built, &
-         'the estimator is for stationary tips', '''domain_integral''', 1046, 1, 1, 1), &
+         'the estimator is for stationary tips', '''domain_integral''', 1082, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&nucleation', not_built, &
-         'the estimator is for tips that are there from the start', '''domain_integral''', 1049, 1, 1, 1), &
+         'the estimator is for tips that are there from the start', '''domain_integral''', 1085, 1, 1, 1), &
       rule_t('&energy_release estimators = ''domain_integral''', warned_with, '&material law = {laws with a history}', &
          mechanics, 'J depends on its domain where material yields or creeps; K, modes and errors are not '// &
-         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1052, 1, 1, 0), &
+         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1088, 1, 1, 0), &
       rule_t('&energy_release estimators = ''material_force''', warned_with, '&material law = {laws with a history}', mechanics, &
-         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1054, 1, 1, &
+         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1090, 1, 1, &
          0), &
       rule_t('&energy_release t_stress = .true.', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'the T-stress is an interaction integral', '', 1056, 1, 1, 0), &
+         'the T-stress is an interaction integral', '', 1092, 1, 1, 0), &
       rule_t('&energy_release t_stress = .true.', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1058, 1, 1, 0), &
+         'the fields that the integral is with are those of elastic material', '', 1094, 1, 1, 0), &
       rule_t('&energy_release t_stress = .true.', not_with, '&growth law = {growth laws in motion}', mechanics, &
-         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1060, 1, 1, &
+         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1096, 1, 1, &
          0), &
       rule_t('&energy_release phase_length', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'K of an interface is an interaction integral', '', 1062, 1, 1, 0), &
+         'K of an interface is an interaction integral', '', 1098, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1064, 1, 1, 0), &
+         'the fields that the integral is with are those of elastic material', '', 1100, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = ''orthotropic''', not_built, &
-         'the fields that the integral is with are those of isotropic materials', '', 1066, 1, 1, 0), &
+         'the fields that the integral is with are those of isotropic materials', '', 1102, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack kind = ''symmetry''', mechanics, &
-         'beyond a symmetry plane is the same material', '', 1068, 1, 1, 0), &
+         'beyond a symmetry plane is the same material', '', 1104, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack contact = ''frictionless'' | ''friction''', mechanics, &
-         'faces that touch at an interface have other fields at the tip', '', 1070, 1, 1, 0), &
+         'faces that touch at an interface have other fields at the tip', '', 1106, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&growth law = {growth laws in motion}', not_built, &
-         'the fields that the integral is with are those of a tip at rest', '', 1072, 1, 1, 0), &
+         'the fields that the integral is with are those of a tip at rest', '', 1108, 1, 1, 0), &
       rule_t('&energy_release radii', no_effect_without, '&energy_release estimators = {estimators by radii}', by_meaning, '', &
-         '', 1074, 1, 1, 0), &
-      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1076, &
+         '', 1110, 1, 1, 0)]
+
+   type(rule_t), parameter :: rules_12(*) = [ &
+      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1112, &
          1, 1, 0), &
-      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1078, 1, &
+      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1114, 1, &
          1, 0), &
       rule_t('&energy_release reference = ''dcb''', requires, &
          '&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', mechanics, &
-         'the closed form is for a crack along the beam', '', 1080, 1, 2, 0), &
+         'the closed form is for a crack along the beam', '', 1116, 1, 2, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, 'several bodies', mechanics, 'the closed form is for one beam', &
-         'reference = ''value''', 1083, 1, 1, 0), &
+         'reference = ''value''', 1119, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&material law = ''orthotropic''', mechanics, &
-         'the closed form is for isotropic material', 'reference = ''value''', 1085, 1, 1, 0), &
+         'the closed form is for isotropic material', 'reference = ''value''', 1121, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&load kind = ''pressure'' | ''gravity''', mechanics, &
-         'the closed form is for forces', 'reference = ''value''', 1087, 1, 1, 0), &
+         'the closed form is for forces', 'reference = ''value''', 1123, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&growth', mechanics, 'the closed form is for a stationary crack', &
-         '', 1089, 1, 1, 0), &
-      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1091, 1, 1, 0), &
-      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1093, 1, 1, 0), &
-      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1095, 1, 1, 0), &
-      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1097, 1, 1, 0), &
+         '', 1125, 1, 1, 0), &
+      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1127, 1, 1, 0), &
+      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1129, 1, 1, 0), &
+      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1131, 1, 1, 0), &
+      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1133, 1, 1, 0), &
       rule_t('&probe at', requires, '&probe quantity = ''displacement'' | ''velocity'' | ''stress'' | ''strain''', by_meaning, &
-         '', '', 1099, 1, 1, 0), &
+         '', '', 1135, 1, 1, 0), &
       rule_t('&probe quantity = ''velocity''', not_with, '&method time = ''static''', mechanics, &
-         'a static model has no velocity', '', 1101, 1, 1, 0)]
-
-   type(rule_t), parameter :: rules_12(*) = [ &
-      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1103, 1, 1, 0), &
-      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1105, 1, 1, 0), &
+         'a static model has no velocity', '', 1137, 1, 1, 0), &
+      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1139, 1, 1, 0), &
+      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1141, 1, 1, 0), &
       rule_t('&probe quantity = ''opening'' | ''volume'' and several cracks', requires, '&probe of', by_meaning, &
-         'the name selects the crack', '', 1107, 2, 1, 0), &
+         'the name selects the crack', '', 1143, 2, 1, 0), &
       rule_t('&probe quantity = ''load_line''', requires, '&probe of', by_meaning, 'the name selects the load or constraint', &
-         '', 1110, 1, 1, 0), &
+         '', 1146, 1, 1, 0), &
       rule_t('&probe quantity = ''load_line''', not_with, '&probe quantity = ''opening'' | ''volume''', by_meaning, &
-         'of is a crack there', 'two probes', 1112, 1, 1, 0), &
-      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1114, 1, &
+         'of is a crack there', 'two probes', 1148, 1, 1, 0), &
+      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1150, 1, &
          1, 0), &
-      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1116, 1, 1, 0), &
-      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1118, 1, 1, 0), &
-      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1120, 1, 1, 0), &
-      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1122, 1, 1, 0)]
+      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1152, 1, 1, 0), &
+      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1154, 1, 1, 0), &
+      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1156, 1, 1, 0), &
+      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1158, 1, 1, 0)]
 
    type(rule_t), parameter :: rules(*) = [rules_1, rules_2, rules_3, rules_4, rules_5, rules_6, rules_7, rules_8, rules_9, &
       rules_10, rules_11, rules_12]

@@ -43,6 +43,7 @@ module hampm_results
       procedure :: add_column
       procedure :: add_attribute
       procedure :: add_text
+      procedure :: add_table
       procedure :: append
       procedure :: write_snapshot
       procedure :: flush => flush_results
@@ -185,6 +186,32 @@ contains
       if (self%kept < 0) call self%file%put(path, text, fault)
       call pass_on(self, fault, failure)
    end subroutine add_text
+
+   !> Write a table as the dataset `name` of a group, which is made where it is not there. A result that is continued has it.
+   subroutine add_table(self, group, name, unit, long_name, values, failure)
+      class(results_t), intent(inout) :: self
+      character(*), intent(in) :: group, name
+      character(*), intent(in) :: unit           !! SI unit, '1' for a pure number
+      character(*), intent(in) :: long_name      !! label of the axis in a plot
+      real(dp), intent(in) :: values(:, :)       !! (components, entries)
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: fault
+      type(hdf5_series_t) :: table
+      if (self%broken .or. self%kept >= 0) return
+      call self%file%make_group(group, fault)
+      if (.not. fault%failed()) &
+         call table%create(self%file, group//'/'//name, real_values, size(values, 1), max(1, size(values, 2)), fault)
+      if (fault%failed()) then
+         continue
+      else if (size(values, 1) == 1) then
+         call table%append(self%file, values(1, :), fault)
+      else
+         call table%append(self%file, values, fault)
+      end if
+      call self%file%put_attribute(table%path, 'units', unit, fault)
+      call self%file%put_attribute(table%path, 'long_name', long_name, fault)
+      call pass_on(self, fault, failure)
+   end subroutine add_table
 
    !> Take a sample of the history.
    subroutine append(self, values, failure)

@@ -77,6 +77,7 @@ module hampm_stiffness
    contains
       procedure :: solve
       procedure :: solve_for_all
+      procedure :: solve_for_unknowns
       procedure :: is_stable
       procedure :: release
       procedure, private :: fits

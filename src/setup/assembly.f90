@@ -18,6 +18,7 @@ module hampm_assembly
    use hampm_joints, only: velocity_fields_of
    use hampm_outline, only: outline_t
    use hampm_mass_choice, only: new_mass_choice
+   use hampm_modal, only: modal_t
    use hampm_newmark, only: newmark_t
    use hampm_problem, only: problem_t, start_problem
    use hampm_particles, only: particles_t, new_particles, add_history
@@ -121,6 +122,7 @@ contains
       class(integrator_t), allocatable, intent(out) :: integrator
       type(equilibrium_t) :: static
       type(newmark_t) :: implicit
+      type(modal_t) :: modal
       if (model%method%time == 'static') then
          static%newton%solver = model%method%solver
          static%is_static = .true.
@@ -134,6 +136,10 @@ contains
          implicit%fixed_step = model%method%time_step
          implicit%ends_at_rows = .false.
          allocate (integrator, source=implicit)
+      else if (model%method%time == 'modal') then
+         modal%asked = model%method%modes
+         modal%fixed_step = model%output%history_interval
+         allocate (integrator, source=modal)
       else if (model%method%path == 'reference') then
          allocate (reference_t :: integrator)
       else

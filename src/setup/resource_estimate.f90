@@ -86,6 +86,8 @@ contains
       end associate
       if (model%method%time == 'static') then
          resources%steps = model%method%load_steps
+      else if (model%method%time == 'modal') then
+         resources%steps = model%run%end_time/model%output%history_interval
       else if (model%method%time_step > 0) then
          resources%steps = model%run%end_time/model%method%time_step
       else
@@ -115,7 +117,7 @@ contains
       intervals = model%output%snapshot_interval/model%output%history_interval
       if (intervals >= 1 - same .and. abs(intervals - anint(intervals)) <= same*intervals) return
       resources%of_steps = ', of the steps in which their times come'
-      if (model%method%time /= 'static') return
+      if (model%method%time /= 'static' .and. model%method%time /= 'modal') return
       resources%of_steps = ', of the load steps at or after their times'
       resources%snapshots = min(resources%snapshots, resources%rows)
    end subroutine look_at_snapshots
@@ -181,7 +183,7 @@ contains
       if ((size(model%energy_release%chosen) > 0 .or. model%damping%rate > 0) .and. occupied <= most_static &
           .or. model%method%time /= 'explicit') then
          materials = materials_of(model)
-         copies = merge(of_lasting, 1.0_dp, model%method%time == 'implicit' .and. all(materials%linear))
+         copies = merge(of_lasting, 1.0_dp, any(model%method%time == ['implicit', 'modal   ']) .and. all(materials%linear))
          if (solid) then
             bytes = bytes + stiffness_of_solid(model, occupied, copies)
          else

@@ -4,6 +4,7 @@ module hampm_integrator
    use hampm_archive, only: archive_t
    use hampm_failure, only: failure_t
    use hampm_problem, only: problem_t
+   use hampm_results, only: results_t
    implicit none
    private
    public :: integrator_t, steps_for, book_step
@@ -22,6 +23,8 @@ module hampm_integrator
       procedure :: go_to_start
       procedure :: rescale
       procedure :: serialise
+      procedure :: describe
+      procedure :: report
    end type integrator_t
 
    abstract interface
@@ -85,6 +88,21 @@ contains
       type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
    end subroutine serialise
+
+   !> Write what the method has found at the start into the result. Here nothing.
+   subroutine describe(self, m, results, failure)
+      class(integrator_t), intent(in) :: self
+      type(problem_t), intent(in) :: m
+      type(results_t), intent(inout) :: results
+      type(failure_t), intent(inout) :: failure
+   end subroutine describe
+
+   !> In words: what the method has found at the start. Here ''.
+   function report(self) result(text)
+      class(integrator_t), intent(in) :: self
+      character(:), allocatable :: text
+      text = ''
+   end function report
 
    !> Book a step at the end of which all particles stay in the cells in which they are.
    pure subroutine book_step(m, dt)

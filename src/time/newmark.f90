@@ -35,7 +35,7 @@ module hampm_newmark
    use hampm_vectors, only: multiply, add_scaled, combine, correct, difference_over, product_with_sum
    implicit none
    private
-   public :: newmark_t
+   public :: newmark_t, move_particles, follow_nodes
 
    real(dp), parameter :: same = 1e-9_dp         !! relative difference of steps that count as equal
 

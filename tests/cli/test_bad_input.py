@@ -59,7 +59,7 @@ VALUES = [
     ("courant = 0.1", "courant = 0.1 time_step = -1e-6", "time_step", "&method time_step = -1e-6: must be in [0, inf) [s]"),
     ("courant = 0.1", "courant = 0.1 hht_alpha = -0.4", "hht_alpha", "&method hht_alpha = -0.4: must be in [-0.33334, 0]"),
     ("courant = 0.1", "courant = 0.1 hht_alpha = 0.1", "hht_alpha", "&method hht_alpha = 0.1: must be in [-0.33334, 0]"),
-    ("courant = 0.1", "courant = 0.1 time = 'implict'", "time =", "must be 'explicit', 'implicit' or 'static'; did you mean 'implicit'?"),
+    ("courant = 0.1", "courant = 0.1 time = 'implict'", "time =", "must be 'explicit', 'implicit', 'static' or 'modal'; did you mean 'implicit'?"),
     ("rate = 1e4", "rate = -1", "rate =", "&damping rate = -1: must be in [0, inf) [1/s]"),
     ("'musl'", "'mulsl'", "scheme", "scheme = 'mulsl': must be 'usf', 'usl', 'usavg' or 'musl'; did you mean 'musl'?"),
     ("'musl'", "musl", "scheme", "scheme = musl: must be in quotes: 'musl'"),

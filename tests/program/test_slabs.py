@@ -16,6 +16,7 @@ pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program
 AT_REST = "time = 'static'"
 EXPLICIT = "courant = 0.2"
 IMPLICIT = "time = 'implicit'  time_step = 4e-7"
+MODAL = "time = 'modal'  modes = 200"
 TIP = "&refine indicator = 'tip'  max_level = 1  rings = 4 /"
 STEEL = "young = 200.0e9  poisson = 0.3  density = 7800.0"
 
@@ -92,6 +93,10 @@ SCENES = {
     "implicit": scene(method=IMPLICIT, loads=MIXED),
     "implicit, half": scene(HALF, method=IMPLICIT),
     "implicit, tip in a cell": scene(CELL, method=IMPLICIT, loads=MIXED),
+    "modal": scene(method=MODAL, loads=MIXED),
+    "modal, half": scene(HALF, method=MODAL),
+    "modal, tip in a cell": scene(CELL, method=f"mass = 'consistent'  {MODAL}", loads=MIXED),
+    "modal, pressed faces": scene(method=MODAL, loads=PRESSED),
     "implicit, friction": scene(f"{NODE}  contact = 'friction'  friction = 0.1", method=IMPLICIT, loads=pulled(8.0e3, -2.0e4),
                                 estimators="'domain_integral'"),
 }

@@ -235,12 +235,14 @@ class Contact(Group):
 class Method(Group):
     """How the equations of motion are integrated."""
 
-    time: Literal['explicit', 'implicit', 'static'] | None
-    """How motion is followed: by short explicit steps, by implicit ones, or from equilibrium to equilibrium; default 'explicit'"""
+    time: Literal['explicit', 'implicit', 'static', 'modal'] | None
+    """How motion is followed: by short explicit steps, by implicit ones, from equilibrium to equilibrium, or by modes; default 'explicit'"""
     time_step: float | None
     """Of time = 'implicit': longest time step; 0: by courant, and 1/1000 of end_time where that is 0 [s]; [0, inf); default 0.0"""
     hht_alpha: float | None
     """Of time = 'implicit': 0 for average acceleration; below it steps damp what they do not resolve; [-0.33334, 0]; default 0.0"""
+    modes: int | None
+    """Of time = 'modal': number of modes; 0: so many that the rest takes at most 0.001 of the strain energy of any load; [0, 100000]; default 0"""
     start: Literal['undeformed', 'static'] | None
     """Of motion: from undeformed bodies, or from the static equilibrium of what acts at time 0; default 'undeformed'"""
     load_steps: int | None
