@@ -383,6 +383,8 @@ def energies(case):
     case.need(booked or not {"neo_hookean", "mooney_rivlin"} & set(case.laws) or case.time == "explicit")
     if case.time == "static":
         case.need(not (eigenstrain or case.friction or case.grows or np.any(row.get("cohesive_energy", 0.0))) and (case.indicator in ("none", "tip") or "numerical_loss" in row))
+    elif case.time == "modal":
+        case.need("numerical_loss" in row or not eigenstrain)              # of heat at once, what the modes leave out is lost
     elif case.time == "implicit":
         moved = any("velocity" in keys or "displacement" in keys for keys in groups(case.scene, "constraint"))
         stays = case.indicator in ("none", "tip") and not (case.contact or case.push or case.grows)

@@ -18,7 +18,7 @@ CHOICES = {
     "constraint": {"unilateral": [False, True], "turns": [False, True], "fix": ["x", "y", "xy"]},
     "load": {"face": ["none", "left", "right"]},
     "contact": {"bodies": ["bonded", "stick", "frictionless", "friction"]},
-    "method": {"time": ["explicit", "implicit", "static"], "start": ["undeformed", "static"], "scheme": ["musl", "usf", "usl", "usavg"], "wave_speed": ["shear", "dilatational"],
+    "method": {"time": ["explicit", "implicit", "static", "modal"], "start": ["undeformed", "static"], "scheme": ["musl", "usf", "usl", "usavg"], "wave_speed": ["shear", "dilatational"],
                "path": ["fastest", "reference"], "frame": ["total", "updated"], "shape_functions": ["linear", "linear", "cpdi"],
                "mass": ["lumped", "lumped", "consistent", "partial", "fmpm", "weighted"], "solver": ["auto", "cg", "direct"],
                "consistent_region": ["box", "refined"], "order": [1, 2, 3], "lumped_fraction": [0.2778, 0.5], "hht_alpha": [0.0, -0.1], "courant": [0.0, 0.05, 0.1]},
@@ -655,11 +655,29 @@ class Drawing:
         self.end_anywhere(scene)
         scene += self.probes(scene)
         self.agree(scene)
+        if self.time == "implicit" and chance.random() < 0.6:
+            self.move_by_modes(scene)
         if chance.random() < 0.1:                                          # a change too many
             name = chance.choice([name for name, _ in scene if name in CHOICES])
             key = chance.choice(list(CHOICES[name]))
             chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
         return scene
+
+    def move_by_modes(self, scene):
+        """Lets a scene of linear laws without growth and cohesion move by its modes, without what has none."""
+        method, used = group(scene, "method"), {keys.get("material") for keys in groups(scene, "body")}
+        if {keys["law"] for keys in groups(scene, "material") if keys["name"] in used} - {"linear_elastic", "orthotropic"} or any(
+                groups(scene, name) for name in ("growth", "cohesive", "contact", "control")):
+            return
+        for name, of_name in (("crack", ["contact", "friction"]), ("constraint", ["displacement", "velocity", "unilateral", *HISTORY_KEYS, "held"]),
+                              ("method", ["time_step", "hht_alpha", "solver"])):
+            for keys in groups(scene, name):
+                for key in of_name:
+                    keys.pop(key, None)
+        scene[:] = [[name, keys] for name, keys in scene if not (name == "load" and keys["kind"] == "absorbing" or name == "refine" and keys.get("indicator") != "tip")]
+        method["time"] = "modal"
+        if self.chance.random() < 0.5:
+            method["modes"] = self.chance.choice([10, 40, 150])
 
     def agree(self, scene):
         """Takes from a scene what its other groups do not go with, so that few scenes are refused as drawn."""

@@ -151,6 +151,8 @@ SCENES = {
     + "&cohesive crack = 'p' law = 'table' openings = 0.0, 1e-6, 1e-5 tractions = 200e6, 100e6, 0.0 /\n" + EVERY.format("1e-6"),
     "implicit": plate(end="1e-5") + HELD + PULL.format("history = 'ramp' rise_time = 5e-6") + PATH.format("") + J.format("")
     + "&method time = 'implicit' time_step = 5e-7 hht_alpha = -0.1 /\n&damping rate = 1e4 /\n" + EVERY.format("2e-6"),
+    "by modes": plate(end="1e-5", more="velocity = 0.1, 0.2") + HELD + PULL.format("history = 'ramp' rise_time = 5e-6") + PATH.format("").replace("contact = 'frictionless'", "") + J.format("")
+    + "&method time = 'modal' modes = 30 mass = 'weighted' /\n&damping rate = 1e4 /\n" + EVERY.format("2e-6"),
     "yields": plate(law="law = 'j2_plastic' yield_stress = 200e6 hardening = 1e9 volumetric = 'b_bar' " + STEEL, run="plane = 'strain'") + HELD + PULL.format("")
     + STATIC.format("load_steps = 4"),
     "yields in motion": plate(law="law = 'j2_plastic' yield_stress = 200e6 " + STEEL, end="8e-6", run="plane = 'strain'") + HELD + PULL.format("") + PATH.format("") + J.format("")
@@ -219,7 +221,7 @@ VALUES = {
     "load.lower": ["-8e-3,10e-3"], "load.upper": ["8e-3,10e-3"], "load.side": ["3"], "load.force": ["0.9*", "10.0,10.0"], "load.pressure": ["0.9*", "1e5"], "load.crack": ["p", "q"],
     "load.acceleration": ["0.9*", "1.0,1.0"], "load.start": ["1e-6", "0.3", "-1e-6"], "load.rise_time": ["1e-6", "0.5"], "load.frequency": ["1e4", "0.9*"],
     "load.times": ["0.0,2e-6", "0.0,0.5"], "load.factors": ["0.0,0.5", "1.0,2.0"], "damping.rate": ["1e3", "1.0"], "contact.friction": ["0.2"], "contact.distance": ["0.01", "1e-4"],
-    "method.time_step": ["1e-7", "0.9*"], "method.hht_alpha": ["-0.2"], "method.load_steps": ["3"], "method.courant": ["0.04", "0.5"], "method.order": ["3", "4"],
+    "method.time_step": ["1e-7", "0.9*"], "method.modes": ["12", "50"], "method.hht_alpha": ["-0.2"], "method.load_steps": ["3"], "method.courant": ["0.04", "0.5"], "method.order": ["3", "4"],
     "method.lumped_fraction": ["0.5"], "method.consistent_lower": ["0.035,0.0", "-4e-3,-4e-3"], "method.consistent_upper": ["0.055,0.01", "4e-3,4e-3"], "refine.r_crit": ["0.02", "0.2"],
     "refine.r_coarsen": ["0.01", "0.04"], "refine.tolerance": ["0.2", "0.05"], "refine.rings": ["2", "5"], "refine.max_level": ["1", "2", "0"], "refine.energy_floor": ["0.3"],
     "refine.region_lower": ["-4e-3,-4e-3", "0.04,0.0", "0.7,0.5"], "refine.region_upper": ["4e-3,4e-3", "0.06,0.01"], "refine.start": ["1e-6", "0.1"], "refine.interval": ["3", "7"],

@@ -57,6 +57,8 @@ SCENES = {
     + "&refine indicator = 'zz' max_level = 1 tolerance = 0.05 interval = 3 start = 5e-7 max_particles = 3000 /\n" + EVERY.format("5e-7"),
     "implicit": block(end="1e-5") + FOOT + PULL.format("history = 'ramp' rise_time = 5e-6 start = -1e-6") + DISC.format("contact = 'frictionless'")
     + "&method time = 'implicit' time_step = 1e-6 hht_alpha = -0.1 /\n&damping rate = 1e4 /\n" + EVERY.format("2e-6"),
+    "by modes": block(end="1e-5") + FOOT + PULL.format("history = 'ramp' rise_time = 5e-6") + DISC.format("")
+    + "&method time = 'modal' modes = 30 /\n&damping rate = 1e4 /\n" + EVERY.format("2e-6"),
     "moved": block(LAYER) + FOOT + f"&constraint {face(2, 4)} fix = 'xyz' name = 'top' displacement = 1e-6, 2e-6, 3e-6 history = 'table' times = 0.0, 0.7, 1.0 factors = 0.0, 1.0, 0.2 /\n"
     + STATIC.format("load_steps = 3").replace("&output", "&output history_interval = 0.3 "),
     "moved until the load drops": block().replace("end_time = 1.0", "end_time = 1.0 stop_when = 'load_dropped' stop_load = 0.7") + FOOT
@@ -101,7 +103,7 @@ VALUES = {
     "constraint.factors": ["0.0,0.5,0.1"], "load.factors": ["0.0,0.5"], "load.name": ["bar"], "load.lower": ["2e-3,0.0,8e-3", "0.0,0.0,6e-3"], "load.upper": ["4e-3,6e-3,8e-3", "6e-3,6e-3,6e-3"],
     "load.force": ["0.9*", "10.0,10.0,5.0"], "load.acceleration": ["0.9*", "1.0,2.0,3.0"], "load.crack": ["c", "q"], "load.rise_time": ["0.9*", "1e-6"], "load.frequency": ["0.9*"],
     "load.kind": ["traction", "gravity;acceleration=1.0,2.0,3.0", "pressure;pressure=1e5", "absorbing"], "damping.rate": ["0.9*", "1.0"], "contact.friction": ["0.2"],
-    "method.time": ["explicit", "implicit", "static"], "method.time_step": ["0.9*", "2e-7"], "method.hht_alpha": ["-0.2"], "method.load_steps": ["4"], "method.courant": ["0.04", "0.2"], "method.order": ["4"],
+    "method.time": ["explicit", "implicit", "static", "modal"], "method.modes": ["12"], "method.time_step": ["0.9*", "2e-7"], "method.hht_alpha": ["-0.2"], "method.load_steps": ["4"], "method.courant": ["0.04", "0.2"], "method.order": ["4"],
     "method.consistent_lower": ["0.0,0.0,2e-3"], "method.consistent_upper": ["6e-3,6e-3,2e-3"], "refine.region_lower": ["0.0,0.0,2e-3"], "refine.region_upper": ["6e-3,6e-3,6e-3", "4e-3,4e-3,6e-3"],
     "refine.r_crit": ["0.02", "0.9*"], "refine.r_coarsen": ["0.3", "0.1"], "refine.energy_floor": ["0.3"], "refine.tolerance": ["0.05", "0.1"], "refine.rings": ["1"], "refine.max_level": ["2", "0"], "refine.start": ["1e-6", "0.1"],
     "refine.interval": ["2", "7"], "refine.max_particles": ["400", "200"], "crack.kind": ["symmetry", "plane"], "crack.tip": ["8.4e-3,8e-3,1e-3"], "crack.direction": ["-1.0,0.0,0.0"], "crack.normal": ["x", "z"],
