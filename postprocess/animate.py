@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Animation of a hampm result: particles, mesh and cracks in all snapshots, as a GIF, or as an MP4 where there is ffmpeg.
+"""Animation of a hampm result: particles, mesh and cracks in all snapshots, as a GIF, or as an MP4 where there is ffmpeg; or of one of its modes.
 
 Particles stand where they are with their displacement enlarged, each as a square of its share of its cell that deforms as its material
 does, coloured by a field, on one scale of colours for all. The mesh stands still: material moves through it. The faces of cracks move with
@@ -24,7 +24,9 @@ from matplotlib.animation import FFMpegWriter, PillowWriter
 
 def main(arguments=None):
     options = parse(arguments)
-    result = frames_of(options.file)
+    result = frames_of(options.file, options.mode)
+    if options.mode is not None:
+        options.field = "displacement"
     output = Path(options.output or result.path.with_name(f"{result.stem}.gif"))
     with plt.rc_context(STYLE | {"savefig.dpi": options.dpi, "figure.dpi": options.dpi}):
         film = Film(result, options)
@@ -50,6 +52,7 @@ def parse(arguments):
                         help="by which displacements are enlarged (default: the largest is an eighth of the picture, but not "
                              "below 1, and 1 where bodies are apart or move against each other, so that they are "
                              "seen to touch)")
+    parser.add_argument("--mode", type=int, metavar="N", help="show a period of the mode N of /modes, counted from 1, coloured by displacement")
     parser.add_argument("--fps", type=positive, default=10, metavar="N",
                         help="snapshots shown in a second (default: %(default)g)")
     parser.add_argument("--dpi", type=positive, default=100, metavar="N", help="resolution (default: %(default)g)")
@@ -79,6 +82,7 @@ class Film:
     """The figure and what changes in it from snapshot to snapshot; enlargement, extent and colours are the same in all."""
 
     def __init__(self, result, options):
+        self.result = result
         of = solid_pictures if solid_pictures.check_options([result], options) else particle_pictures
         field = ParticleField(result, options.field)
         every = range(result.times.size)
@@ -97,7 +101,8 @@ class Film:
 
     def show(self, number):
         """Draw a snapshot."""
-        self.title.set_text(self.canvas.show(number))
+        words = self.canvas.show(number)
+        self.title.set_text(getattr(self.result, "words", words))
 
 
 if __name__ == "__main__":

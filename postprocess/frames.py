@@ -11,6 +11,7 @@ import numpy as np
 from history import ResultError
 
 from hampm.snapshots import Snapshots
+from hampm.stored import opened
 
 Crack = namedtuple("Crack", "points tips")
 Crack.__doc__ = "The points of a crack in the reference configuration [m] (n, 2), and the number of the tip at each; 0 where none is."
@@ -80,10 +81,44 @@ class Frames(Snapshots):
         return plane.tip if there is None else plane.local(there.in_scene().tip)
 
 
-def frames_of(path):
-    """The snapshots of a result file, of a plane or of a solid."""
+def frames_of(path, mode=None):
+    """The snapshots of a result file, of a plane or of a solid; or a period of one of its modes, counted from 1."""
     from solid_frames import SolidFrames
-    return (SolidFrames if Snapshots(path).dimensions == 3 else Frames)(path)
+    kind = SolidFrames if Snapshots(path).dimensions == 3 else Frames
+    return kind(path) if mode is None else type("ModeFrames", (OfMode, kind), {})(path, mode)
+
+
+class OfMode:
+    """What makes snapshots of the first one and of a mode in /modes: a period, in which the largest component of the displacement is a thousandth of the grid."""
+
+    FRAMES, PART = 24, 1e-3
+
+    def __init__(self, path, mode):
+        super().__init__(path)
+        with opened(path) as stored:
+            if not stored.has("modes/frequency"):
+                raise ResultError(f"{path}: has no modes; a run with &method time = 'modal' has")
+            frequency, number = (stored.numbers(f"modes/{name}", finite=True) for name in ("frequency", "id"))
+            if not 1 <= mode <= frequency.size:
+                raise ResultError(f"{path}: has no mode {mode}; it has {frequency.size}")
+            shape = stored.numbers("modes/shape", dims=2, finite=True)[(mode - 1) * number.size:mode * number.size]
+        self.words = f"mode {mode}, {frequency[mode - 1]:.5g} Hz"
+        self.times = np.arange(self.FRAMES) / (self.FRAMES * max(frequency[mode - 1], np.finfo(float).tiny))
+        self._way = dict(zip(number.astype(int), self.PART * self.scene.cell() * max(self.scene.numbers("grid", "cells")) * shape))
+
+    def block(self, name, number):
+        """That of the first snapshot, its particles where the mode moves them."""
+        block = super().block(name, 0)
+        if name != "particles":
+            return block
+        moved, fields = np.zeros_like(block.point_fields["displacement"]), block.point_fields
+        moved[:, :self.dimensions] = np.sin(2 * np.pi * number / self.FRAMES) * np.array([self._way[k] for k in fields["id"].astype(int)])
+        points = block.points - fields["displacement"][:, :self.dimensions] + moved[:, :self.dimensions]
+        fields["displacement"] = moved
+        if "deformation_gradient" in fields:     # particles keep their shape
+            one = fields["deformation_gradient"][0]
+            fields["deformation_gradient"] = np.tile(np.eye(round(one.size**0.5)).reshape(one.shape), (len(points), *[1] * one.ndim))
+        return block._replace(points=points)
 
 
 class Leaves:

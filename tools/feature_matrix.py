@@ -28,6 +28,7 @@ YES, NO, NOT_YET = "yes", "**no**", "*not yet*"
 COLUMNS = {
     "explicit": "&method time = 'explicit' and a mass matrix that acts",
     "implicit": "&method time = 'implicit' and a mass matrix that acts",
+    "modes": "&method time = 'modal' and a mass matrix that acts",
     "static": "&method time = 'static'",
     "total frame": "&method frame = 'total'",
     "updated frame": "&method frame = 'updated'",

@@ -100,7 +100,8 @@ contains
       call look_at_snapshots(model, resources)
       columns = 10 + merge(1, 2*size(model%paths), model%is_half())*(24 + size(model%energy_release%radii)) ! about
       resources%results = 5e4_dp + 8*columns*max(resources%rows, 512.0_dp) + &
-                          resources%snapshots*(of_snapshot_particle*resources%particles + of_snapshot_cell*resources%cells)
+                          resources%snapshots*(of_snapshot_particle*resources%particles + of_snapshot_cell*resources%cells) + &
+                          8*ndim*resources%particles*modes_of(model)
       resources%most_results = resources%results + max(resources%snapshots - 1, 0.0_dp)* &
                                (of_snapshot_particle*(resources%most_particles - resources%particles) + &
                             of_snapshot_cell*(most_cells - resources%cells))
@@ -190,6 +191,7 @@ contains
             bytes = bytes + copies*of_stiffness*fill
          end if
       end if
+      bytes = bytes + 8*ndim*occupied*model%grid%order**ndim*(3*modes_of(model) + 8) ! x, and the Lanczos vectors
       if (mass_used(model) == 'lumped') return
       bytes = bytes + merge(of_quadratic_mass, of_mass, model%grid%order == 2)*cells
       if (model%method%mass == 'fmpm') return
@@ -204,6 +206,14 @@ contains
          end if
       end select
    end function memory_for
+
+   !> How many modes a run finds, about; 0 where it has none.
+   pure integer function modes_of(model) result(modes)
+      type(model_t), intent(in) :: model
+      integer, parameter :: usual = 32
+      modes = 0
+      if (model%method%time == 'modal') modes = merge(model%method%modes, usual, model%method%modes > 0)
+   end function modes_of
 
    !> Memory of the stiffness of a solid [bytes]: the matrix, and its factor by nested dissection, whose entries a row are some
    !> times the width of the body, or the levels of the multigrid.

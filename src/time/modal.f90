@@ -477,7 +477,7 @@ contains
    end subroutine serialise
 
    !> Write the modes into the result: /modes with the frequency, the error and the part of the mass of each mode in each direction,
-   !> and its displacement of each particle, the largest being 1.
+   !> and its displacement of each particle, the largest component being 1.
    subroutine describe(self, m, results, failure)
       class(modal_t), intent(in) :: self
       type(problem_t), intent(in) :: m
@@ -505,6 +505,8 @@ contains
          call results%add_table('/modes', 'frequency', 'Hz', 'frequency', reshape(sqrt(self%square)/two_pi, [1, modes]), failure)
          call results%add_table('/modes', 'error', '1', 'error of the mode', reshape(self%error, [1, modes]), failure)
          call results%add_table('/modes', 'participation', '1', 'part of the mass', part, failure)
+         call results%add_table('/modes', 'id', '1', 'number of the particle', reshape(real(m%particles%id(:n), dp), [1, n]), &
+                                failure)
          call results%add_table('/modes', 'position', 'm', 'initial position', transpose(m%particles%reference(:n, :)), failure)
          call results%add_table('/modes', 'shape', '1', 'displacement of the particles', shape, failure)
          call results%add_attribute('/modes', 'left_out', self%left_out, failure)

@@ -373,6 +373,8 @@ class Solid(Drawing):
             self.end_anywhere(scene)
         scene = self.grow_at_rest(scene + self.probes(scene))
         self.agree(scene)
+        if self.time == "implicit" and chance.random() < 0.6:
+            self.move_by_modes(scene)
         if chance.random() < 0.1:                                          # a change too many
             name = chance.choice([name for name, _ in scene if name in CHOICES])
             key = chance.choice(list(CHOICES[name]))
