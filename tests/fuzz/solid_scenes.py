@@ -474,6 +474,7 @@ def slab(case):
     scene = copy_of(case.scene)
     case.need(any(keys.get("name") == ROLLERS for keys in groups(scene, "constraint")) and group(scene, "grid")["cells"][2] == 1)
     case.need(case.indicator == "none" and not any(keys.get("volumetric") == "b_bar" for keys in groups(scene, "material")))
+    case.need(case.time != "modal")                                        # of as many modes of a slab some vary across it
     case.need(all(len(keys.get(key, "")) == 0 or keys[key][2] == 0.0 for _, keys in scene for key in ("force", "acceleration", "velocity", "displacement")))
     base, grid = case.base, group(scene, "grid")
     if case.time == "explicit":

@@ -47,6 +47,13 @@ program test_time_history
    table%start = -2.5_dp
    call integrals([step, ramp, smooth, sine], 'begun before the run')
    call integrals([table], 'table begun before the run')
+   call lines([step, ramp, smooth, sine, table], 'begun before the run')
+   step%start = 1
+   ramp%start = 1
+   smooth%start = 1
+   sine%start = 1
+   table%start = 1
+   call lines([step, ramp, smooth, sine, table], 'begun in the run')
    call finish()
 
 contains
@@ -65,6 +72,25 @@ contains
          end associate
       end do
    end subroutine ends
+
+   !> From corner to corner the factor is the line between its values at both ends, of which the last is taken from before a jump.
+   subroutine lines(histories, name)
+      type(time_history_t), intent(in) :: histories(:)
+      character(*), intent(in) :: name
+      real(dp), parameter :: whole = 7.3_dp
+      real(dp) :: time, next, middle
+      integer :: k
+      do k = 1, size(histories)
+         time = 0
+         do while (time < whole)
+            next = min(whole, histories(k)%end_of_line(time))
+            middle = (histories(k)%factor(time) + histories(k)%factor(nearest(next, -1.0_dp)))/2
+            call check_close(histories(k)%factor((time + next)/2), middle, merge(2e-5_dp, 1e-14_dp, k == 3 .or. k == 4), &
+                             name//': the factor is a line from corner to corner')
+            time = next
+         end do
+      end do
+   end subroutine lines
 
    !> The integral is that of the factor, by the trapezoidal rule over short pieces, from time 0.
    subroutine integrals(histories, name)
