@@ -15,12 +15,11 @@ from opinion_program import PROGRAM, finer, run
 from opinion_scene import Outside, read
 
 ORDER = 4
-NEEDS_FINER = 1        # whether columns without an error of their own are judged, by a second run
 
 
-def judge(path, order=ORDER, program=PROGRAM, by_nodes=False):
+def judge(path, order=ORDER, program=PROGRAM):
     """Rows of the table of a model, what is not judged and why, and the runs. Raises `Outside`."""
-    scene = read(path, by_nodes)
+    scene = read(path)
     first = run(path, program=program)
     if first.code != 0:
         raise Outside(f"the program ends with {first.code}: {first.said.splitlines()[-1] if first.said else ''}")
@@ -56,11 +55,10 @@ def main():
     parser.add_argument("model", type=Path)
     parser.add_argument("--order", type=int, default=ORDER, metavar="N", help="of the elements; one less tells their error")
     parser.add_argument("--levels", type=int, default=0, metavar="N")
-    parser.add_argument("--by-nodes", action="store_true", help="supports on edges end at the last node in their box and body loads act on whole particles, as in version 2; tells whether that explains a disagreement")
     parser.add_argument("--program", type=Path, default=PROGRAM, metavar="FILE")
     options = parser.parse_args()
     try:
-        rows, unknown, first, _ = judge(options.model, options.order, options.program, options.by_nodes)
+        rows, unknown, first, _ = judge(options.model, options.order, options.program)
     except Outside as reason:
         print(f"not judged: {reason}")
         sys.exit(3)

@@ -11,7 +11,7 @@ import ngsolve as ng
 import numpy as np
 import opinion_integrals as integrals
 from opinion_mesh import build
-from opinion_scene import Outside, distance
+from opinion_scene import Outside, left_of, listed, unit
 from opinion_solve import Problem
 
 SETTLED, COARSE = 3.0, 0.01    # and by this part of the largest value of that kind, as differences of few cells tell little
@@ -58,64 +58,51 @@ class Answer:
         least = self.stress**2 if kind in ("J", "energy", "work") or kind.startswith("G") else self.stress
         self.values[column] = kind, value * unit, scale * unit, NOTHING * max(abs(scale), least * self.mesh.size) * abs(unit)
 
-    def side(self, place, crack, left):
-        """The displacement of a face of a crack at a place on it."""
-        a, b = min(zip(crack.points, crack.points[1:]), key=lambda ends: distance(place, ("line", *ends)))
-        along = (b - a) / np.linalg.norm(b - a)
-        off = min([FACE, *(0.05 * np.linalg.norm(place - end) for end in crack.points)]) * (1 if left else -1) * np.array([-along[1], along[0]])
-        near, far = (self.solution.at(ng.CF((self.solution.ux, self.solution.uy)), place + k * off) for k in (1, 2))
-        return 2 * near - far
+    def displacement(self, place):
+        """The displacement at a place."""
+        return self.solution.at(ng.CF((self.solution.ux, self.solution.uy)), place)
+
+    def apart(self, crack, place, direction):
+        """How far the faces of a crack are apart at a place: opening and sliding in the axes of a direction along it, continued to the faces."""
+        if crack.kind == "symmetry":
+            return np.array([2 * self.displacement(place + np.array([0, FACE]))[1], 0.0])
+        off = min([FACE, *(0.05 * np.linalg.norm(place - end) for end in crack.points)]) * left_of(crack.along(place))
+        jump = sum(times * (self.displacement(place + k * off) - self.displacement(place - k * off)) for times, k in ((2, 1), (-1, 2)))
+        return np.array([jump @ left_of(direction), jump @ direction])
 
     def refuse_pressed(self):
         """Refuses cracks with contact whose faces would overlap."""
-        for crack in self.scene.cracks:
-            if not crack.contact:
-                continue
-            for a, b in zip(crack.points, crack.points[1:]):
-                left = np.array([-(b - a)[1], (b - a)[0]]) / np.linalg.norm(b - a)
-                for part in (0.003, 0.02, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95, 0.985, 0.997):
-                    place = a + part * (b - a)
-                    if self.scene.material_at(place) is None:
-                        continue
-                    if (self.side(place, crack, True) - self.side(place, crack, False)) @ left < -1e-5 * self.size:
-                        raise Outside("faces that press on each other")
+        for crack in (one for one in self.scene.cracks if one.contact):
+            for a, b in crack.segments:
+                places = [a + part * (b - a) for part in (0.003, 0.02, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95, 0.985, 0.997)]
+                if any(self.apart(crack, place, unit(b - a))[0] < -1e-5 * self.size for place in places if self.scene.material_at(place)):
+                    raise Outside("faces that press on each other")
 
     def tips(self, order, rings):
         """G, J and K of all tips."""
-        scene, number = self.scene, 0
+        scene, found = self.scene, []
         if self.solution.gives_way:
             self.unknown["G, J, K"] = "supports at points that give way"
             return
-        tips = [tip for crack in scene.cracks for tip in crack.tips]
-        found = []
-        for tip, room, seam in zip(tips, self.mesh.rooms, self.mesh.seams):
-            number += 1
-            suffix = "" if number == 1 else f"_tip{number}"
+        for number, (tip, room, seam) in enumerate(zip((tip for crack in scene.cracks for tip in crack.tips), self.mesh.rooms, self.mesh.seams), 1):
             try:
-                rows = integrals.tip_values(self.solution, scene, tip, room, seam, order, rings)
+                found.append(("" if number == 1 else f"_tip{number}", integrals.tip_values(self.solution, scene, tip, room, seam, order, rings), tip))
             except Outside as reason:
                 self.unknown[f"tip {number}"] = str(reason)
-                continue
-            found.append((suffix, rows, tip))
         energy, factor = scene.young * scene.cell, scene.young * scene.cell**0.5
         largest = max((abs(rows[0, 0]) for _, rows, _ in found), default=0.0)
         for suffix, rows, tip in found:
             j, k1, k2 = rows.mean(0)
-            spread = np.ptp(rows, axis=0)
-            for name in ("J", "G"):
-                self.add(f"{name}{suffix}", name, j, energy, largest)
-                self.spread[f"{name}{suffix}"] = spread[0] * energy
-            if np.isnan(k1):
-                continue
-            names = [("K_I", k1, spread[1])] + ([("K_II", k2, spread[2])] if tip.crack.kind != "symmetry" else [])
-            for name, value, apart in names:
-                self.add(f"{name}{suffix}", name, value, factor, np.nanmax(np.abs(rows[:, 1:])))
-                self.spread[f"{name}{suffix}"] = apart * factor
-            if scene.body_at(tip).material.isotropic:
-                for mode, value in (("I", k1), ("II", k2)):
-                    for estimator in ("domain", "vcct", "stress_closure", "material_force"):
-                        self.add(f"G_{estimator}_{mode}{suffix}", f"G_{estimator}", abs(j) * value**2 / max(k1**2 + k2**2, 1e-300), energy, j)
-                        self.spread[f"G_{estimator}_{mode}{suffix}"] = spread[0] * energy
+            spread, of_k = np.ptp(rows, axis=0), np.abs(rows[:, 1:]).max()
+            values = [(name, name, j, spread[0], energy, largest) for name in ("J", "G")]
+            if not np.isnan(k1):
+                values += [(name, name, value, apart, factor, of_k) for name, value, apart in (("K_I", k1, spread[1]), ("K_II", k2, spread[2])) if (name, tip.crack.kind) != ("K_II", "symmetry")]
+                if scene.body_at(tip).material.isotropic:
+                    values += [(f"G_{estimator}_{mode}", f"G_{estimator}", abs(j) * value**2 / max(k1**2 + k2**2, 1e-300), spread[0], energy, j)
+                               for mode, value in (("I", k1), ("II", k2)) for estimator in ("domain", "vcct", "stress_closure", "material_force")]
+            for name, kind, value, apart, factor_of, scale in values:
+                self.add(name + suffix, kind, value, factor_of, scale)
+                self.spread[name + suffix] = apart * factor_of
 
     def wholes(self):
         """Energies, work and reactions."""
@@ -127,89 +114,72 @@ class Answer:
         self.add("strain_energy", "energy", solution.strain_energy, force * scene.cell, solution.strain_energy)
         if not eigen:
             self.add("external_work", "work", solution.external_work, force * scene.cell, solution.strain_energy)
-        acting = [np.abs(load.value).max() * np.abs(load.factors).max() for load in scene.loads if load.kind in ("traction", "point", "body")]
-        acting += [abs(value) for one in solution.reactions.values() for value in one.values()]
-        scale = max([*acting, solution.strain_energy / self.size])
-        for number, reaction in solution.reactions.items():
-            name = scene.holds[number].name
-            for c, value in reaction.items():
-                if name:
-                    self.add(f"reaction_{name}_{'xy'[c]}", "reaction", value, force, scale)
+        loads = [np.abs(load.value).max() * np.abs(load.factors).max() for load in scene.loads if load.kind in ("traction", "point", "body")]
+        felt = [abs(value) for one in solution.reactions.values() for value in one.values()]
+        scale = max(*loads, *felt, solution.strain_energy / self.size, 0.0)
+        for hold, reaction in ((scene.holds[number], one) for number, one in solution.reactions.items()):
+            for c, value in reaction.items() if hold.name else ():
+                self.add(f"reaction_{hold.name}_{'xy'[c]}", "reaction", value, force, scale)
 
     def probe(self, keys):
         """The columns of a probe."""
-        scene, solution, name = self.scene, self.solution, keys["name"]
-        wanted = keys["quantity"] if isinstance(keys["quantity"], list) else [keys["quantity"]]
-        if solution.singular:
+        name, wanted, of = keys["name"], listed(keys["quantity"]), listed(keys.get("of", ""))
+        if self.solution.singular:
             raise Outside("a point carries a load")
-        loose = solution.floats
-        u = ng.CF((solution.ux, solution.uy))
         if "at" in keys:
-            at = (np.reshape(keys["at"], (-1, 2)) - scene.origin) / scene.cell
-            if keys.get("face", "none") != "none":
-                crack = min((one for one in scene.cracks), key=lambda one: min(np.linalg.norm(at[0] - p) for p in np.linspace(one.points[0], one.points[-1], 400)))
-                a, b = crack.points[:2]
-                left = np.array([-(b - a)[1], (b - a)[0]]) / np.linalg.norm(b - a)
-                at = at + 1e-5 * left * (1 if keys["face"] == "left" else -1)
-            components, young = (("xx", 0), ("yy", 1), ("xy", 3)) + ((("zz", 2),) if scene.ring else ()), scene.young
-            points = at if len(at) == 1 else at[0] + np.linspace(0.005, 0.995, 100)[:, None] * (at[1] - at[0])
-            if any(scene.material_at(p) is None for p in (points if wanted != ["strain"] else at)):
-                raise Outside("a probe beside the material")
-            near = min((np.linalg.norm(p - tip.place) for p in points for one in scene.cracks for tip in one.tips), default=np.inf)
-            for quantity in wanted:
-                if quantity in ("stress", "strain") and near < BESIDE and not (quantity == "strain" and len(at) == 2):
-                    self.unknown[f"{quantity}_{name}"] = "a probe next to a tip"
-                elif quantity == "strain" and len(at) == 2:
-                    way = at[1] - at[0]
-                    ends = [solution.at(u, p) for p in at]
-                    if not solution.floats:
-                        self.add(f"strain_{name}", "strain of a line", (ends[1] - ends[0]) @ way / (way @ way), 1.0, self.size / np.linalg.norm(way))
-                elif quantity == "displacement" and not loose:
-                    mean = np.mean([solution.at(u, p) for p in points], axis=0)
-                    for c in range(2):
-                        self.add(f"displacement_{name}_{'xy'[c]}", "displacement", mean[c], scene.cell, self.size)
-                elif quantity in ("strain", "stress"):
-                    mean = np.mean([solution.at(solution.strain() if quantity == "strain" else solution.stress(), p) for p in points], axis=0)
-                    for component, c in components:
-                        half = 0.5 if quantity == "strain" and c == 3 else 1.0
-                        self.add(f"{quantity}_{name}_{component}", quantity, half * mean[c], young if quantity == "stress" else 1.0, np.abs(mean).max())
+            self.place_probe(keys, name, wanted)
         if {"opening", "volume"} & set(wanted):
-            self.crack_probe(keys, name, wanted)
-        if "load_line" in wanted:
-            of = keys["of"] if isinstance(keys["of"], list) else [keys["of"]]
-            number = next((k for k, load in enumerate(scene.loads) if load.name == of[0]), None)
-            if number is not None and len(of) == 1 and not loose:
-                for c in range(2):
-                    self.add(f"load_displacement_{name}_{'xy'[c]}", "load-line displacement", solution.displaced[number][c], scene.cell, self.size)
+            self.crack_probe(keys, name, wanted, of[0])
+        number = next((k for k, load in enumerate(self.scene.loads) if load.name == of[0]), None)
+        if "load_line" in wanted and number is not None and len(of) == 1 and not self.solution.floats:
+            self.add_vector(f"load_displacement_{name}", "load-line displacement", self.solution.displaced[number])
 
-    def crack_probe(self, keys, name, wanted):
+    def add_vector(self, name, kind, values):
+        """Adds a displacement."""
+        for c in range(2):
+            self.add(f"{name}_{'xy'[c]}", kind, values[c], self.scene.cell, self.size)
+
+    def place_probe(self, keys, name, wanted):
+        """Displacement, stress and strain at a point, or of a line."""
+        scene, solution = self.scene, self.solution
+        at = (np.reshape(keys["at"], (-1, 2)) - scene.origin) / scene.cell
+        if keys.get("face", "none") != "none":
+            crack = min(scene.cracks, key=lambda one: min(np.linalg.norm(at[0] - p) for p in np.linspace(one.points[0], one.points[-1], 400)))
+            at = at + 1e-5 * left_of(unit(crack.points[1] - crack.points[0])) * (1 if keys["face"] == "left" else -1)
+        is_line, way = len(at) == 2, at[-1] - at[0]
+        points = at[0] + np.linspace(0.005, 0.995, 100)[:, None] * way if is_line else at
+        if any(scene.material_at(p) is None for p in (points if wanted != ["strain"] else at)):
+            raise Outside("a probe beside the material")
+        near = min((np.linalg.norm(p - tip.place) for p in points for one in scene.cracks for tip in one.tips), default=np.inf)
+        for quantity in wanted:
+            if quantity == "strain" and is_line:
+                if not solution.floats:
+                    self.add(f"strain_{name}", "strain of a line", (self.displacement(at[1]) - self.displacement(at[0])) @ way / (way @ way), 1.0, self.size / np.linalg.norm(way))
+            elif quantity == "displacement" and not solution.floats:
+                self.add_vector(f"displacement_{name}", quantity, np.mean([self.displacement(p) for p in points], axis=0))
+            elif quantity in ("strain", "stress") and near < BESIDE:
+                self.unknown[f"{quantity}_{name}"] = "a probe next to a tip"
+            elif quantity in ("strain", "stress"):
+                mean = np.mean([solution.at(getattr(solution, quantity)(), p) for p in points], axis=0)
+                for component, c in (("xx", 0), ("yy", 1), ("xy", 3), *([("zz", 2)] * scene.ring)):
+                    half = 0.5 if quantity == "strain" and c == 3 else 1.0
+                    self.add(f"{quantity}_{name}_{component}", quantity, half * mean[c], scene.young if quantity == "stress" else 1.0, np.abs(mean).max())
+
+    def crack_probe(self, keys, name, wanted, of):
         """Opening, sliding and volume of a crack."""
         scene = self.scene
-        of = keys.get("of", [""])
-        crack = next((one for one in scene.cracks if one.name == (of if isinstance(of, str) else of[0])), None)
+        number, crack = next(((k, one) for k, one in enumerate(scene.cracks) if one.name == of), (None, None))
         if crack is None:
             raise Outside("a probe of a crack without a name")
-        symmetric = crack.kind == "symmetry"
-
-        def jump(place, direction):
-            if symmetric:
-                u = self.solution.at(ng.CF((self.solution.ux, self.solution.uy)), place + np.array([0, FACE]))
-                return 2 * u[1], 0.0
-            apart = self.side(place, crack, True) - self.side(place, crack, False)
-            return apart @ np.array([-direction[1], direction[0]]), apart @ direction
-
         if "opening" in wanted:
             tip = next((one for one in crack.tips if one.end == keys.get("tip", "last")), None)
             if tip is None or keys["distance"] / scene.cell > tip.straight:
                 raise Outside("an opening beyond a kink")
-            along = tip.direction if tip.end == "last" else -tip.direction
-            opened, slid = jump(tip.place - keys["distance"] / scene.cell * tip.direction, along)
-            self.add(f"opening_{name}", "opening", opened, scene.cell, self.size)
-            if not symmetric:
-                self.add(f"sliding_{name}", "opening", slid, scene.cell, self.size)
+            values = self.apart(crack, tip.place - keys["distance"] / scene.cell * tip.direction, tip.direction if tip.end == "last" else -tip.direction)
+            for column, value in zip(["opening"] if crack.kind == "symmetry" else ["opening", "sliding"], values):
+                self.add(f"{column}_{name}", "opening", value, scene.cell, self.size)
         if "volume" in wanted and not scene.ring:
-            number = next(k for k, one in enumerate(scene.cracks) if one is crack)
-            if symmetric:
+            if crack.kind == "symmetry":
                 raise Outside("volume on a symmetry plane")
             n, region = ng.specialcf.normal(2), self.mesh.boundaries(lambda key: key[2] == number)
             volume = -ng.Integrate(self.solution.ux * n[0] + self.solution.uy * n[1], region)

@@ -13,7 +13,9 @@ import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
 from netgen.occ import ArcOfCircle, Face, Glue, OCCGeometry, Segment, Vertex, Wire
-from opinion_scene import FAR, NEAR, Outside, crossings, distance
+from opinion_scene import FAR, NEAR, Outside, crossings, distance, left_of, unit
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 COARSE, CORNER, GRADING = 1 / 7, 0.03, 0.35   # largest elements over the scene, those at corners and ends of loads, how fast they grow
 SHARP = 5e-4                                  # those where stress has no bound: ends of supports, point loads, corners between bodies and that are no convex ones
@@ -80,13 +82,13 @@ class Geometry:
             cut = self.face(hole)
             self.faces = [face - cut for face in self.faces]
         material = Glue(self.faces)
-        lines = [(a, b) for crack in scene.cracks if crack.kind != "symmetry" for a, b in zip(crack.points, crack.points[1:])]
+        lines = [ends for crack in scene.cracks if crack.kind != "symmetry" for ends in crack.segments]
         for one in self.boxes:
             if getattr(one, "kind", "hold") in ("hold", "body") and not is_point(one):
                 lines += borders(one)
         for body in scene.bodies:
             if body.at:
-                along = FAR * np.array([-body.direction[1], body.direction[0]])
+                along = FAR * left_of(body.direction)
                 there = [piece[1:] for piece in scene.pieces() if piece[0] == "line"] + lines[:]      # glued to one along it edges would be twice there
                 lines += [(at * body.direction - along, at * body.direction + along) for at in body.at
                           if not any(abs(a @ body.direction - at) + abs(b @ body.direction - at) < NEAR for a, b in there)]
@@ -162,7 +164,7 @@ def room_of(tip, scene):
     """How far around a tip there is nothing but its straight crack in one material, and whether that is the seam of two bodies."""
     seam, free = False, tip.straight
     mine = scene.body_at(tip)
-    left = np.array([-tip.direction[1], tip.direction[0]])
+    left = left_of(tip.direction)
 
     def alike(one, other):
         return one.material.key == other.material.key and np.allclose(one.eigenstrain, other.eigenstrain) and one.at is None and other.at is None
@@ -183,11 +185,9 @@ def room_of(tip, scene):
             free = min(free, distance(tip.place, piece))
     for crack in scene.cracks:
         if crack is not tip.crack:
-            free = min(free, *(distance(tip.place, ("line", a, b)) for a, b in zip(crack.points, crack.points[1:])))
+            free = min(free, crack.off(tip.place))
         else:
-            order = crack.points if tip.end == "last" else crack.points[::-1]
-            ways = [distance(tip.place, ("line", a, b)) for a, b in zip(order, order[1:-1])]
-            free = min([free, *ways])
+            free = min([free, *(distance(tip.place, ("line", *ends)) for ends in (crack.segments[:-1] if tip.end == "last" else crack.segments[1:]))])
     for one in scene.holds + scene.loads:
         if one.lower is not None and getattr(one, "kind", "hold") in ("hold", "point", "traction", "pressure"):
             at = np.clip(tip.place, one.lower, one.upper)
@@ -206,7 +206,7 @@ def room_of(tip, scene):
 def is_between(piece, body, scene, alike):
     """Whether an edge of a body is all along that of another body of the same material."""
     along = np.subtract(piece[2], piece[1])
-    across = np.array([-along[1], along[0]]) / np.linalg.norm(along) * 1e-3
+    across = 1e-3 * left_of(unit(along))
     for part in (0.02, 0.5, 0.98):
         pair = [scene.material_at(piece[1] + part * along + side * across) for side in (1, -1)]
         if None in pair or not alike(*pair):
@@ -214,55 +214,25 @@ def is_between(piece, body, scene, alike):
     return True
 
 
-def on_crack(middle, scene):
-    """The number of the crack that an inner edge is a part of; None where it is of none."""
-    for k, crack in enumerate(scene.cracks):
-        if crack.kind != "symmetry" and any(distance(middle, ("line", a, b)) < NEAR for a, b in zip(crack.points, crack.points[1:])):
-            return k
-    return None
-
-
-def left_of(place, crack):
-    """Whether a place next to a crack is to its left, as one walks along its points."""
-    a, b = min(zip(crack.points, crack.points[1:]), key=lambda ends: distance(place, ("line", *ends)))
-    return (b - a)[0] * (place - a)[1] - (b - a)[1] * (place - a)[0] > 0
+def hang_together(pairs, count):
+    """The number of the group of each of `count` things, of which pairs hang together."""
+    first, second = np.transpose(pairs)
+    return connected_components(coo_array((np.ones(len(first)), (first, second)), (count, count)), directed=False)[1]
 
 
 def parted(triangles, cut):
     """The triangles with nodes of their own on both sides of the edges `cut`, and of which node each new one is a copy."""
-    triangles, copies = triangles.copy(), []
-    around = defaultdict(list)
-    corners = {node for edge in cut for node in edge}
-    count = triangles.max() + 1
+    by_edge, copies, new = defaultdict(list), [], triangles.ravel().copy()
     for t, nodes in enumerate(triangles):
-        for node in nodes:
-            if node in corners:
-                around[node].append(t)
-    before = triangles.copy()
-    for node, near in around.items():
-        left, groups = set(near), []
-        by_edge = defaultdict(list)
-        for t in near:
-            for other in before[t]:
-                if other != node and frozenset((node, other)) not in cut:
-                    by_edge[other].append(t)
-        next_to = defaultdict(set)
-        for pair in by_edge.values():
-            for t in pair:
-                next_to[t].update(pair)
-        while left:
-            group, todo = set(), [left.pop()]
-            while todo:
-                t = todo.pop()
-                group.add(t)
-                todo += [one for one in next_to[t] if one in left]
-                left -= next_to[t]
-            groups.append(group)
-        for group in groups[1:]:
-            for t in group:
-                triangles[t][before[t] == node] = count + len(copies)
+        for k in range(3):
+            by_edge[frozenset((nodes[k], nodes[k - 1]))].append({nodes[k]: 3 * t + k, nodes[k - 1]: 3 * t + (k - 1) % 3})
+    groups = hang_together([(near[0][node], near[1][node]) for edge, near in by_edge.items() if len(near) == 2 and edge not in cut for node in edge], len(new))
+    for node in {node for edge in cut for node in edge}:
+        corners = np.flatnonzero(triangles.ravel() == node)
+        for group in np.unique(groups[corners])[1:]:
+            new[corners[groups[corners] == group]] = triangles.max() + 1 + len(copies)
             copies.append(node)
-    return triangles, copies
+    return new.reshape(-1, 3), copies
 
 
 def build(scene):
@@ -280,10 +250,12 @@ def build(scene):
             pair = frozenset((nodes[k], nodes[(k + 1) % 3]))
             if pair in edges:
                 owners[pair].append((t, k))
-    number = {pair: on_crack(np.mean([places[n] for n in pair], 0), scene) for pair, near in owners.items() if len(near) == 2}
+    number = {pair: next((k for k, crack in enumerate(scene.cracks) if crack.kind != "symmetry" and crack.off(places[list(pair)].mean(0)) < NEAR), None)
+              for pair, near in owners.items() if len(near) == 2}
     new, copies = parted(triangles, {pair for pair, crack in number.items() if crack is not None})
     places = np.vstack([places, places[copies]]) if copies else places
-    whole(new, len(places))
+    if len(np.unique(hang_together(np.vstack([new[:, :2], new[:, 1:]]), len(places))[new])) > 1:
+        raise Outside("bodies, or parts of one, that do not hang together")
     mesh, parts, names = netgen.Mesh(dim=2), {}, {}
     ids = [mesh.Add(netgen.MeshPoint(netgen.Pnt(*place, 0))) for place in places]
     middles = places[new].mean(1)
@@ -315,26 +287,10 @@ def edge_key(ends, is_outer, crack, middle, scene, arcs):
                 arc = k
                 at = centre + radius * (at - centre) / np.linalg.norm(at - centre)
     if crack is not None:
-        return (), (), crack, "left" if left_of(middle, scene.cracks[crack]) else "right", None
+        return (), (), crack, "left" if (middle - at) @ left_of(scene.cracks[crack].along(middle)) > 0 else "right", None
     if scene.ring and max(ends[:, 0]) < NEAR:
         arc = AXIS
     holds = tuple(k for k, one in enumerate(scene.holds) if within(at, one.lower, one.upper))
     loads = tuple(k for k, one in enumerate(scene.loads) if is_outer and one.kind in ("traction", "pressure")
                   and (one.lower is None or within(at, one.lower, one.upper)) and (one.side is None or distance(at, one.side) < NEAR))
     return holds, loads, None, "", arc
-
-
-def whole(triangles, count):
-    """Refuses elements that do not hang together."""
-    root = list(range(count))
-
-    def find(n):
-        while root[n] != n:
-            root[n] = root[root[n]]
-            n = root[n]
-        return n
-
-    for a, b, c in triangles:
-        root[find(a)] = root[find(b)] = find(c)
-    if len({find(n) for n in np.unique(triangles)}) > 1:
-        raise Outside("bodies, or parts of one, that do not hang together")

@@ -73,6 +73,20 @@ class Crack:
     tips: list = field(default_factory=list)    # Tip
     pressure: float = 0.0                       # at the end
 
+    @property
+    def segments(self):
+        """Its straight parts."""
+        return list(zip(self.points, self.points[1:]))
+
+    def along(self, place):
+        """The direction of the part that is next to a place."""
+        a, b = min(self.segments, key=lambda ends: distance(place, ("line", *ends)))
+        return unit(b - a)
+
+    def off(self, place):
+        """From a place to it."""
+        return min(distance(place, ("line", *ends)) for ends in self.segments)
+
 
 @dataclass
 class Tip:
@@ -130,10 +144,6 @@ class Scene:
     young: float
     thickness: float
     order: int
-    estimators: list
-    phase: bool
-    lattice: tuple
-    groups: dict
 
     @property
     def ring(self):
@@ -151,13 +161,22 @@ class Scene:
 
     def body_at(self, tip):
         """The body at a tip, ahead of it and to its left where that is material."""
-        left = np.array([-tip.direction[1], tip.direction[0]])
-        found = [self.material_at(tip.place + 1e-4 * tip.direction + 1e-4 * side * left) for side in (1, -1)]
+        found = [self.material_at(tip.place + 1e-4 * tip.direction + 1e-4 * side * left_of(tip.direction)) for side in (1, -1)]
         return found[0] or found[1]
 
     def pieces(self):
         """All pieces of outlines."""
         return [piece for body in self.bodies + self.holes for piece in body.pieces]
+
+
+def unit(vector):
+    """A vector of length 1."""
+    return vector / np.linalg.norm(vector)
+
+
+def left_of(direction):
+    """The direction to the left of one."""
+    return np.array([-direction[1], direction[0]])
 
 
 def distance(place, piece):
@@ -181,7 +200,7 @@ def crossings(a, b, piece):
     cross = d[0] * e[1] - d[1] * e[0]
     if abs(cross) < 1e-12 * np.linalg.norm(d) * np.linalg.norm(e):
         return []
-    s, t = np.subtract(c, a), None
+    s = np.subtract(c, a)
     t, part = (s[0] * e[1] - s[1] * e[0]) / cross, (s[0] * d[1] - s[1] * d[0]) / cross
     return [t] if -1e-9 <= part <= 1 + 1e-9 else []
 
@@ -240,8 +259,7 @@ def material(keys, plane, young):
 class Reader:
     """A namelist on its way to a `Scene`."""
 
-    def __init__(self, path, by_nodes=False):
-        self.by_nodes = by_nodes
+    def __init__(self, path):
         found = f90nml.read(path)
         named = {name: found[name] for name in {"".join(key) for key in found.keys()}}    # keys themselves name one group of several
         self.groups = {name: [dict(one) for one in (value if isinstance(value, list) else [value])] for name, value in named.items()}
@@ -301,8 +319,7 @@ class Reader:
         e = [*listed(keys.get("eigenstrain", [0.0] * 3)), 0.0][:4]
         found = Body(pieces, material(self.materials[keys["material"]], self.plane, self.young), np.array([e[0], e[1], e[3], 2 * e[2]]), lower, upper, points=keys.get("points_per_cell", 2))
         if "profile_at" in keys:
-            found.direction = np.array(keys.get("profile_direction", [1.0, 0.0]), float)
-            found.direction /= np.linalg.norm(found.direction)
+            found.direction = unit(np.array(keys.get("profile_direction", [1.0, 0.0])))
             found.at = [(x - self.origin @ found.direction) / self.cell for x in listed(keys["profile_at"])]
             found.stiffness, found.density, found.eigen = (listed(keys.get(f"profile_{name}")) or None for name in ("stiffness", "density", "eigenstrain"))
         return found
@@ -315,8 +332,7 @@ class Reader:
             if kind == "path":
                 points, ends = self.place(keys["points"]), ["last", "first"]
             else:
-                tip, direction = self.place(keys["tip"])[0], np.array(listed(keys.get("direction", [1.0, 0.0])), float)
-                direction /= np.linalg.norm(direction)
+                tip, direction = self.place(keys["tip"])[0], unit(np.array(listed(keys.get("direction", [1.0, 0.0]))))
                 length, ends = keys.get("length", 0.0) / self.cell, ["last", "first"]
                 if not length:
                     ways = sorted(t * FAR for piece in scene.pieces() for t in crossings(tip, tip - FAR * direction, piece) if t * FAR > NEAR)
@@ -332,7 +348,7 @@ class Reader:
                     if kind != "symmetry" and off < 1e-3:
                         raise Outside("a tip next to an edge")
                     along = way[-1] - way[-2]
-                    crack.tips.append(Tip(way[-1], along / np.linalg.norm(along), float(np.linalg.norm(along)), crack, end))
+                    crack.tips.append(Tip(way[-1], unit(along), float(np.linalg.norm(along)), crack, end))
             found.append(crack)
         return found
 
@@ -342,32 +358,29 @@ class Reader:
         if piece[0] == "arc":
             return False
         along = np.subtract(piece[2], piece[1])
-        across = np.array([-along[1], along[0]]) / np.linalg.norm(along) * 1e-4
+        across = 1e-4 * left_of(unit(along))
         return all(scene.material_at(piece[1] + part * along + side * across) is not None for part in (0.01, 0.3, 0.7, 0.99) for side in (-1, 1))
 
     def holds(self, scene):
         """Constraints. One that turns holds what is between the nodes in its box."""
         found, times = [], self.times()
-        lattice = np.array(self.grid["cells"])
         corner = (np.array(listed(self.grid.get("lower", [0.0, 0.0]))) - self.origin) / self.cell
         for keys in self.groups.get("constraint", []):
             lower, upper = self.place(keys["lower"])[0], self.place(keys["upper"])[0]
-            first, last = (rounding((place - corner + shift) / self.step) * self.step for rounding, place, shift in ((np.ceil, lower, -1e-6), (np.floor, upper, 1e-6)))
-            first, last = np.maximum(first, 0) + corner, np.minimum(last, lattice) + corner
-            if np.any(last < first - NEAR):
-                raise Outside("a support without nodes")
-            by_nodes = self.by_nodes or keys.get("turns", False)
-            inner = [b for body in scene.bodies for b in (body.lower, body.upper)]
-            cut = [k for k in range(2) if abs(first[k] - lower[k]) > NEAR and min(b[k] for b in inner) < lower[k] - NEAR or abs(last[k] - upper[k]) > NEAR and max(b[k] for b in inner) > upper[k] + NEAR]
-            if by_nodes and cut and self.one("refine").get("indicator", "none") != "none":
-                raise Outside("a support off the lattice, with refinement")
-            moved = np.array(listed(keys.get("displacement", [0.0, 0.0])), float) / self.cell
-            speed = np.array(listed(keys.get("velocity", [0.0, 0.0])), float)
-            if np.any(speed):
+            ends, snapped = np.array([lower, upper]), False
+            if keys.get("turns"):
+                ends = np.array([rounding((place - corner + shift) / self.step) for rounding, place, shift in ((np.ceil, lower, -1e-6), (np.floor, upper, 1e-6))]) * self.step
+                ends = np.clip(ends, [np.zeros(2), -np.inf * np.ones(2)], [np.inf * np.ones(2), self.grid["cells"]]) + corner
+                corners = np.array([b for body in scene.bodies for b in (body.lower, body.upper)])
+                snapped = np.any((abs(ends[0] - lower) > NEAR) & (corners.min(0) < lower - NEAR) | (abs(ends[1] - upper) > NEAR) & (corners.max(0) > upper + NEAR))
+                if np.any(ends[1] < ends[0] - NEAR):
+                    raise Outside("a support without nodes")
+                if snapped and self.one("refine").get("indicator", "none") != "none":
+                    raise Outside("a support off the lattice, with refinement")
+            if np.any(listed(keys.get("velocity", 0.0))):
                 raise Outside("a support with a velocity")
-            if not by_nodes:
-                first, last = lower, upper
-            found.append(Hold(first, last, ["xy".index(c) for c in keys["fix"]], moved, [factor(keys, t) for t in times], keys.get("turns", False), keys.get("name", ""), bool(cut), (lower + upper) / 2))
+            moved = np.array(listed(keys.get("displacement", [0.0, 0.0])), float) / self.cell
+            found.append(Hold(*ends, ["xy".index(c) for c in keys["fix"]], moved, [factor(keys, t) for t in times], keys.get("turns", False), keys.get("name", ""), snapped, (lower + upper) / 2))
         return found
 
     def loads(self, scene):
@@ -386,8 +399,6 @@ class Reader:
                 value = keys["pressure"] / self.young
             else:
                 raise Outside(f"a load {kind}")
-            if kind == "body" and self.by_nodes:
-                box = self.whole_particles(box, scene)
             crack = ""
             if keys.get("on") == "crack":
                 kind, crack = "crack", keys.get("crack", scene.cracks[0].name)
@@ -407,26 +418,18 @@ class Reader:
         points = self.place(found[0])
         return "line", points[keys["side"] - 1], points[keys["side"] % len(points)]
 
-    @staticmethod
-    def whole_particles(box, scene):
-        """A box that ends where the particles end whose middles are in it."""
-        body = next((one for one in scene.bodies if np.all(one.lower < box[1]) and np.all(one.upper > box[0])), scene.bodies[0])
-        n = body.points
-        return [np.ceil(box[0] * n - 0.5 - NEAR) / n, np.floor(box[1] * n + 0.5 + NEAR) / n]
-
     def scene(self):
         """All of it."""
         self.refuse()
         bodies = [self.body(keys) for keys in self.groups["body"]]
-        release = self.one("energy_release")
         scene = Scene(self.plane, [b for b in bodies if b.material], [b for b in bodies if not b.material], [], [], [], self.groups.get("probe", []), self.cell, self.origin, self.young,
-                      self.run.get("thickness", 1.0), self.grid.get("order", 1), listed(release.get("estimators")), release.get("phase_length", 0.0) > 0, tuple(self.grid["cells"]), self.groups)
+                      self.run.get("thickness", 1.0), self.grid.get("order", 1))
         scene.cracks = self.cracks(scene)
         scene.holds = self.holds(scene)
         scene.loads = self.loads(scene)
         return scene
 
 
-def read(path, by_nodes=False):
-    """The scene of a namelist; raises `Outside` where it is none that can be judged. `by_nodes`: supports on edges end at the last node in their box, body loads with whole particles."""
-    return Reader(path, by_nodes).scene()
+def read(path):
+    """The scene of a namelist; raises `Outside` where it is none that can be judged."""
+    return Reader(path).scene()

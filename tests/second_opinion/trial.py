@@ -4,9 +4,8 @@
     .venv/bin/python tests/second_opinion/trial.py --seed 3 --first 17 --cases 1 --show
 
 Scenes are those of `Drawing`, at rest, of linear elastic and orthotropic material, without growth and cohesion; one that is refused is repaired as in `combinations.py`. Each quantity that
-disagrees is a line, with what it is off over both errors. A scene that disagrees is judged once more
-with supports that end at their last nodes and body loads that act on whole particles. Totals and
-counts by kind of quantity follow, and of those with an estimated error how many it holds, by what the scene has, with the median of the error that is told over the true one.
+disagrees is a line, with what it is off over both errors. Totals and counts by kind of quantity follow, and of those with an estimated error how many it holds, by what the scene
+has, with the median of the error that is told over the true one.
 Exit code 1 where a quantity disagrees.
 """
 
@@ -22,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from judge import judge, text
 from opinion_program import PROGRAM, ROOT, run
-from opinion_scene import Outside, Reader, crossings, read
+from opinion_scene import Outside, Reader, crossings
 
 sys.path.insert(0, str(ROOT / "tests/fuzz"))
 
@@ -119,25 +118,13 @@ class Trial:
                 if row.has_bar and row.program_error > 0 and row.own_error < 0.1 * row.program_error:
                     for trait in traits(path):
                         self.barred[trait, row.kind].append(abs(row.program - row.own) / row.program_error)
-            by_nodes = self.as_nodes_hold(path, off)
             for row in off:
                 ratio = abs(row.program - row.own) / (row.program_error + row.own_error or 1e-300)
                 self.faults.append((seed, number, row, ratio))
                 self.tell(f"seed {seed} case {number} {row.column}: {row.program:.6g} ± {row.program_error:.2g}{'' if row.has_bar else ' (half cells)'}, finite elements {row.own:.6g} ± {row.own_error:.2g}, "
-                          f"off {ratio:.2f} of both" + by_nodes.get(row.column, ""))
+                          f"off {ratio:.2f} of both")
             if off and self.keep:
                 (self.keep / f"{seed}_{number}.nml").write_text(path.read_text())
-
-    def as_nodes_hold(self, path, off):
-        """What to add where another end of supports makes a quantity agree."""
-        try:
-            boxes = [[(one.lower, one.upper) for one in scene.holds + scene.loads if one.lower is not None] for scene in ((read(path), read(path, True)) if off else ())]
-            if not off or np.allclose(*boxes, atol=1e-6):
-                return {}
-            rows = {row.column: row for row in judge(path, self.order, self.program, by_nodes=True)[0]}
-        except Outside:
-            return {}
-        return {row.column: "; agrees with supports up to the last nodes and body loads on whole particles" for row in off if row.column in rows and rows[row.column].verdict == "agree"}
 
     def totals(self):
         """The counts as text."""
