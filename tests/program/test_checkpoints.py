@@ -332,6 +332,16 @@ def test_checkpoints_do_not_change_the_run(dcb, unbroken, tmp_path):
     assert files(tmp_path) == ["dcb.h5"]
 
 
+def test_checkpoints_are_so_many_steps_apart(hampm, tmp_path):
+    """A body leaves the grid in step 21: what is left of its run is the third checkpoint of six steps each."""
+    (tmp_path / "flight.nml").write_text("&run end_time = 1.0 /\n&grid cell = 1.0 cells = 8, 4 /\n&material name = 'a' young = 1e5 density = 1000 poisson = 0.3 /\n"
+                                         "&body material = 'a' lower = 1.0, 1.0 upper = 2.0, 3.0 velocity = 30, 0 /\n&method frame = 'updated' /\n"
+                                         "&output checkpoint_steps = 6 history_interval = 0.01 /\n")
+    assert "hampm: step 21," in hampm("flight.nml", "--quiet").stderr
+    with h5py.File(tmp_path / "flight.h5.checkpoint") as file:
+        assert file["motion/steps"][0] == 18
+
+
 def test_a_result_that_went_on_beyond_the_checkpoint_is_cut(stopped, hampm, unbroken):
     """As a kill between the two leaves them, or one after the result was put in its place without a checkpoint."""
     shutil.copy(unbroken, stopped / "dcb.h5")

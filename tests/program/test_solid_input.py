@@ -92,6 +92,16 @@ def test_fronts_are_measured_where_all_of_them_is_in_material(tmp_path, front, r
     assert ("3.4 of the finest cells" in done.stderr) == refused
 
 
+@pytest.mark.parametrize(("where", "refused"), [("0.0, 0.0, 12.0", False), ("12.0, 0.0, 0.0", True)])
+def test_domain_integrals_need_one_material_in_the_plane_of_the_crack_alone(tmp_path, where, refused):
+    """A layer of another material on top of the block is none in that plane, one at its side is."""
+    base = "16.0, 16.0, 12.0" if where.endswith("12.0") else "12.0, 16.0, 16.0"
+    (tmp_path / "layers.nml").write_text(ROUND.format(front="front = 'disc'  center = 8.0, 8.0, 6.0  radii = 4.0").replace("  shape = 'cylinder'  lower = 8.0, 8.0, 0.0  upper = 8.0, 8.0, 16.0  radius = 8.0",
+                                         f"  lower = 0.0, 0.0, 0.0  upper = {base}") + f"&material name = 'b'  young = 7e9  density = 1000 /\n&body material = 'b'  lower = {where}  upper = 16.0, 16.0, 16.0 /\n")
+    done = run(tmp_path, SOLID_PROGRAM, "layers.nml", "--check")
+    assert done.returncode == (2 if refused else 0) and ("one material in the plane of the crack" in done.stderr) == refused, done.stderr
+
+
 def test_a_body_under_balanced_loads_needs_nothing_to_hold_it(tmp_path):
     """All six motions as a whole are taken: the strain energy is that of a bar in tension, F²L/(2 E A)."""
     (tmp_path / "bar.nml").write_text("""
