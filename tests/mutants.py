@@ -5,9 +5,10 @@
 
 A fault is an operator, a sign, a constant, an index, a condition or a line that is missing, in a statement that computes (no declarations, texts, comments, and no
 tables that tools write). The tree is a copy of the last commit in build/mutants with quick builds of both programs; after an edit make compiles what has changed.
-First the tests run that changed most often together with the file (its history tells), those that the table "you changed X, run Y" of CONTRIBUTING.md names, and some
-that are broad, quick ones before others, as many as BUDGET allows; then the unit test of that name; with --whole all of `make test` where these find nothing. What does
-not compile is not counted. A test that fails, and has not passed before, is asked again with the programs without the fault: where it fails there too, or takes as long as
+Once, both programs are built so that each of the places drawn tells that it is run, and all tests run: a fault is asked of those only that run its place, and of others
+of the same files, where runs may be shared. First come those of files that changed most often together with its file (its history tells), of each file those that name
+it, and quick ones, before others, as many as BUDGET allows; then unit tests that use its module; with --whole all of `make test` where these find nothing. What does not
+compile is not counted. A test that fails, and has not passed before, is asked again with the programs without the fault: where it fails there too, or takes as long as
 a fault without end, it is left out from then on. Tests are collected once; those of a fault run in a child of this process.
 --show prints the table and the survivors of what has run."""
 
@@ -15,15 +16,18 @@ import argparse
 import collections
 import contextlib
 import functools
+import itertools
 import json
 import math
 import os
 import random
 import re
+import resource
 import shutil
 import subprocess
 import sys
 import time
+import zlib
 from pathlib import Path
 
 import pytest
@@ -32,8 +36,12 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "build/mutants"
 TREE, LEDGER, CLEAN = FOLDER / "tree", FOLDER / "ledger.jsonl", FOLDER / "clean"
 COSTS, LEFT_OUT = FOLDER / "costs.jsonl", FOLDER / "left_out.json"
+TRACED, NOTES, HITS = FOLDER / "traced", FOLDER / "notes", FOLDER / "hits.json"
 BUILDS = "quick/hampm", "quick3d/hampm3d"
-BUDGET, MOST, UNKNOWN = 8.0, 1.2, 0.5     # seconds of a processor: of the tests of a fault, of one test, of a test that has not run
+TOOLS = "newton_steps", "forced_step", "eigenvalue_limit", "results_driver"    # programs that some tests run
+BUDGET, SHARE, MOST, UNKNOWN = 12.0, 2.0, 2.0, 0.15    # seconds of a processor: of the tests of a fault, of those of one file, of one test, of a test that has not run
+UNITS = 6                                 # most unit tests that are asked of a fault
+LONGEST, MEMORY, LARGEST = 20, 8 * 2**30, 2**28    # seconds until a run has no end, and bytes that it may ask for and write
 WRITTEN = "rule_table.f90", "key_table.f90"
 
 # What to change, and for what, in the part of a statement that is no text
@@ -46,13 +54,6 @@ CHANGES = [("sign", r"(?<=[\w)] )\+(?= [\w(])", "-"), ("sign", r"(?<=[\w)] )-(?=
 STATEMENT = re.compile(r"^\s+(call \w[\w%]*\(.*\)|[a-z][\w%]*(\(.*\))? = .*)$")
 NO_CODE = re.compile(r"::|^\s*(!|use\b|implicit|end\b|module|contains|private|public|import|subroutine|function|type\b|interface|class|case|block|select|else\s*$|stop|error)|=>")
 
-# Of the files that are asked of a fault: those of its folder, after those that its history names, and those that are asked of each
-NEAR = {"fracture growth": "growth quadratic fronts front_growth fatigue estimates crack_path growth_in_motion t_stress estimated_errors",
-        "element points law": "every_law remembering_laws weight_and_eigenstrain static quadratic", "time solve problem": "implicit static rest supports pressure",
-        "mesh adapt geometry": "cut_cells quadratic_cut solid_shapes shapes carried_cracks static front_growth",
-        "interface": "contact cohesive interfaces solid_contact body_contact", "input": "rules bad_input command_line caveats", "setup": "checkpoints run bad_input",
-        "output report": "results_file result_file probes", "": "run stopping checkpoints command_line"}
-BROAD = "mirror_images images solid_physics solid_loads same_numbers estimate_coverage line_mass_identity".split()
 FOLDERS = "program", "cases", "cli", "output", "fuzz"
 
 
@@ -103,13 +104,27 @@ def draw(count, seed, root=ROOT):
     return [drawn.choice(by_kind[drawn.choice(sorted(by_kind))]) for _ in range(count)]
 
 
-def inside(*command, **options):
-    return subprocess.run(command, cwd=TREE, capture_output=True, text=True, **options)
+def inside(*command, cwd=TREE, **options):
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, **options)
 
 
 def build(*others):
     """A quick build: of the program of the plane, or of others."""
     return inside("make", "-s", "build=quick", *(others or ["program"])).returncode == 0
+
+
+def units_of(name):
+    """The unit tests that use a module, that of its name first."""
+    found = sorted((f"test_{name}" != file.stem, file.stem) for file in (TREE / "tests/unit").glob("test_*.f90") if f"use hampm_{name}," in file.read_text() or file.stem == f"test_{name}")
+    return [stem for _, stem in found[:UNITS]]
+
+
+def fails(unit):
+    """Whether a unit test fails, or has no end."""
+    try:
+        return inside(unit, timeout=120).returncode != 0
+    except subprocess.TimeoutExpired:
+        return True
 
 
 @functools.cache
@@ -125,20 +140,73 @@ def history():
 
 
 def near(path):
-    """Files of tests for a file of src/, the likeliest first."""
-    there = {file.stem.removeprefix("test_"): str(file.relative_to(TREE)) for folder in FOLDERS for file in sorted((TREE / "tests" / folder).glob("test_*.py"))}
+    """How near files of tests are to a file of src/: they changed together, or have a word of their names in common."""
     often = collections.Counter()
     for source in history().values():
         often.update(source)
     weights = collections.Counter({test: weight / math.sqrt(often[test]) for test, weight in history()[path].items()})
     words = set(Path(path).stem.split("_"))
-    for name, test in there.items():
-        alike = sum(any(word.startswith(other[:5]) and other.startswith(word[:5]) for other in words) for word in name.split("_") if len(word) > 3)
-        weights[test] += alike / len(name.split("_"))
-    folder = Path(path).parts[1] if len(Path(path).parts) > 2 else ""
-    of_folder = next((of for names, of in NEAR.items() if folder in names.split()), NEAR[""])
-    likely = [test for test, weight in weights.most_common(5) if weight > 0.05]
-    return [test for test in dict.fromkeys([*likely, *(there.get(name) for name in [*of_folder.split(), *BROAD])]) if test and (TREE / test).exists()]
+    for file in (file for folder in FOLDERS for file in (TREE / "tests" / folder).glob("test_*.py")):
+        name = file.stem.removeprefix("test_").split("_")
+        alike = sum(any(word.startswith(other[:5]) and other.startswith(word[:5]) for other in words) for word in name if len(word) > 3)
+        weights[str(file.relative_to(TREE))] += alike / len(name)
+    return weights
+
+
+# A procedure that notes once a run that a place is run; it is no pure one, but none of its callers can tell
+TELLS = r"""
+#include <fcntl.h>
+#include <stdio.h>
+void mutants_hit(int place) {
+    static char seen[100000];
+    const char *path = getenv("MUTANTS_HITS");
+    if (seen[place] || !path) return;
+    seen[place] = 1;
+    const int file = open(path, O_WRONLY | O_APPEND | O_CREAT, 0666);
+    if (file >= 0) { dprintf(file, "%d\n", place); close(file); }
+}
+"""
+INTERFACE = """   interface
+      pure subroutine mutants_hit(place) bind(c)
+         use, intrinsic :: iso_c_binding, only: c_int
+         integer(c_int), intent(in), value :: place
+      end subroutine mutants_hit
+   end interface"""
+
+
+def start_of(lines, number):
+    """The line before which a call may stand that is run with a line: the first one of its statement, or of the construct that it is a condition of."""
+    while True:
+        indent = len(lines[number]) - len(lines[number].lstrip())
+        code, before = code_of(lines[number]), lines[number - 1]
+        if code_of(before).rstrip().endswith("&") or before.lstrip().startswith("!$omp"):
+            number -= 1
+        elif re.match(r"\s*else", code):
+            number = next(k for k in range(number - 1, 0, -1) if re.match(rf"\s{{{indent}}}(if|where)\b", lines[k]))
+        else:
+            opened = next((k for k in range(number - 1, 0, -1) if lines[k].strip() and len(lines[k]) - len(lines[k].lstrip()) < indent), 0)
+            if not re.match(r"\s*(else)?where\b", lines[opened]):
+                return number
+            number = opened
+
+
+def trace(faults):
+    """A copy of the tree whose programs tell which of the places of faults they run."""
+    if TRACED.exists():
+        return
+    shutil.copytree(TREE, TRACED, symlinks=True)
+    for path in {fault[0] for fault in faults}:
+        file = TRACED / path
+        lines = file.read_text().splitlines()
+        places = sorted({(start_of(lines, fault[1]), place) for place, fault in enumerate(faults) if fault[0] == path}, reverse=True)
+        for line, place in places:
+            lines.insert(line, f"call mutants_hit({place})")
+        lines.insert(next(k for k, line in enumerate(lines) if line.startswith("contains")), INTERFACE)
+        file.write_text("\n".join(lines) + "\n")
+    with (TRACED / "src/processor.c").open("a") as file:
+        file.write(TELLS)
+    if not all(inside("make", "-s", "build=quick", *words, cwd=TRACED).returncode == 0 for words in (["program"], ["dim=3", "program"])):
+        sys.exit(f"{TRACED} does not build")
 
 
 def spent():
@@ -160,6 +228,7 @@ class Tests:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session):
         self.items, self.run = session.items, session.config.hook.pytest_runtest_protocol
+        self.hits = self.all_hits()
         judge_all(self)
         return True
 
@@ -167,25 +236,43 @@ class Tests:
         if report.failed and not self.failed:
             self.failed = report.nodeid, str(report.longrepr)[-300:]
 
-    def chosen(self, files):
-        """Tests of files: quick ones first, as many of a file as a part of the budget allows."""
-        found, total = [], 0.0
-        for file in files:
-            of_file = 0.0
-            for item in sorted((item for item in self.items if item.nodeid.startswith(f"{file}::")), key=lambda item: self.costs.get(item.nodeid, UNKNOWN)):
-                cost = self.costs.get(item.nodeid, UNKNOWN)
-                if cost < MOST and of_file + cost < BUDGET / 5 and total + cost < BUDGET:
-                    of_file, total = of_file + cost, total + cost
-                    found.append(item)
-        return found
+    def all_hits(self):
+        """Of each function of the tests the places of faults that its first case runs."""
+        if not HITS.exists():
+            trace(draw(self.asked.draw, self.asked.seed, TREE))
+            NOTES.mkdir(exist_ok=True)
+            first = {function_of(item): item for item in reversed(self.items) if not note_of(item).exists()}
+            with programs_of_folder(TRACED / "build"):
+                for _, items in itertools.groupby(reversed(first.values()), lambda item: item.path):
+                    self.first_that_fails(list(items), is_traced=True)
+            HITS.write_text(json.dumps({function_of(item): sorted(set(map(int, note_of(item).read_text().split()))) for item in self.items if note_of(item).exists()}))
+        return json.loads(HITS.read_text())
 
-    def first_that_fails(self, items):
-        """In a child: what is imported and collected is there already."""
+    def chosen(self, path, place):
+        """Tests that run a place, of each file as much as SHARE allows, and others of these files, which may share runs with them, later: of near files first. Where
+        no first case runs it, tests of near files."""
+        weights, name = near(path), Path(path).stem
+        files = {item.path for item in self.items if place in self.hits.get(function_of(item), ())} or {TREE / file for file, _ in weights.most_common(8)}
+        total, of_file, found = 0.0, collections.Counter(), []
+        for item in sorted((item for item in self.items if item.path in files), key=lambda item: (name not in item.nodeid, self.costs.get(item.nodeid, UNKNOWN))):
+            cost, file = self.costs.get(item.nodeid, UNKNOWN), str(item.path.relative_to(TREE))
+            is_later = place not in self.hits.get(function_of(item), ()) or of_file[file] + cost > SHARE
+            of_file[file] += 0 if is_later else cost
+            found.append((is_later, -weights[file], item, cost))
+        tests = []
+        for _, _, item, cost in sorted(found, key=lambda one: one[:2]):
+            if cost < MOST and total + cost < BUDGET:
+                total += cost
+                tests.append(item)
+        return tests
+
+    def first_that_fails(self, items, is_traced=False):
+        """In a child: what is imported and collected is there already. Where places are traced all are run."""
         end, begin = os.pipe()
         child = os.fork()
         if child == 0:
             try:
-                self.run_in_child(items, begin)
+                self.run_in_child(items, begin, is_traced)
             finally:
                 os._exit(0)
         os.close(begin)
@@ -201,15 +288,21 @@ class Tests:
                 self.passed.update([note[0]] if note[2] else [])
         return failed
 
-    def run_in_child(self, items, begin):
+    def run_in_child(self, items, begin, is_traced):
         for stream in (1, 2):
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
-        notes = []
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST, LARGEST))
+        wait, notes = subprocess.Popen.communicate, []
+        subprocess.Popen.communicate = lambda self, input=None, timeout=None: wait(self, input, min(timeout or LONGEST, LONGEST))
         for item, following in zip(items, [*items[1:], None]):
-            before = spent()
+            before, self.failed = spent(), None
+            if is_traced:
+                os.environ["MUTANTS_HITS"] = str(note_of(item))
+                note_of(item).touch()
             self.run(item=item, nextitem=following)
             notes.append((item.nodeid, round(spent() - before, 3), not self.failed))
-            if self.failed:
+            if self.failed and not is_traced:
                 break
         with os.fdopen(begin, "w") as pipe:
             json.dump([self.failed, notes], pipe)
@@ -221,7 +314,7 @@ class Tests:
             if failed[0] in self.passed and "Timeout" not in failed[1]:
                 return failed
             item = next(item for item in items if item.nodeid == failed[0])
-            with no_fault():
+            with programs_of_folder(CLEAN):
                 is_fault = not self.first_that_fails([item]) and ("Timeout" not in failed[1] or time.time() - begin < 60)
             if is_fault:
                 return failed
@@ -230,15 +323,36 @@ class Tests:
         return None
 
 
+def function_of(item):
+    """A test without its case."""
+    return item.nodeid.partition("[")[0]
+
+
+def note_of(item):
+    """Where a test notes the places that it runs."""
+    return NOTES / f"{zlib.crc32(function_of(item).encode()):08x}"
+
+
 @contextlib.contextmanager
-def no_fault():
-    """The programs as they are without one."""
-    for name in BUILDS:
-        os.replace(TREE / "build" / name, FOLDER / Path(name).name)
-        shutil.copy2(CLEAN / name, TREE / "build" / name)
+def programs_of_folder(folder):
+    """The tests run other programs than those with a fault, or without one."""
+    names = [name for name in (*BUILDS, *(f"{build}/{tool}" for build in ("quick", "quick3d") for tool in TOOLS)) if (folder / name).exists()]
+    for name in names:
+        os.replace(TREE / "build" / name, FOLDER / name.replace("/", "_"))
+        shutil.copy2(folder / name, TREE / "build" / name)
     yield
-    for name in BUILDS:
-        os.replace(FOLDER / Path(name).name, TREE / "build" / name)
+    for name in names:
+        os.replace(FOLDER / name.replace("/", "_"), TREE / "build" / name)
+
+
+def programs_of(tests, folder):
+    """The programs of a build that tests run."""
+    texts = [path.read_text().lower() for path in {item.path for item in tests}]
+    return ["program", *(f"build/{folder}/{tool}" for tool in TOOLS if any(tool in text for text in texts))]
+
+
+def of_git(*words):
+    return subprocess.run(["git", *words], cwd=TREE, check=True, capture_output=True, text=True).stdout
 
 
 def prepare():
@@ -249,9 +363,13 @@ def prepare():
         (TREE / ".venv").symlink_to(ROOT / ".venv")
         (TREE / "build/checked").mkdir(parents=True)                   # for tests that take no other build
         (TREE / "build/checked/hampm").symlink_to(f"../{BUILDS[0]}")
-    subprocess.run(["git", "fetch", "-q", ROOT, "HEAD"], cwd=TREE, check=True)
-    subprocess.run(["git", "reset", "-q", "--hard", "FETCH_HEAD"], cwd=TREE, check=True)
-    if not (build() and build("dim=3", "program") and build("build/quick/results_driver")):
+    of_git("fetch", ROOT, "HEAD")
+    sources = of_git("ls-files", "src").split()
+    of_git("update-index", "--no-assume-unchanged", *sources)
+    of_git("reset", "--hard", "FETCH_HEAD")
+    of_git("update-index", "--assume-unchanged", *of_git("ls-files", "src").split())    # a fault makes no other version of the program
+    tools, unit = [f"build/quick/{tool}" for tool in TOOLS], "build/quick/test_text"      # which makes what unit tests share
+    if not (build("program", *tools, unit) and build("dim=3", "program", "build/quick3d/forced_step")):
         sys.exit("the copy in build/mutants/tree does not build")
     shutil.rmtree(CLEAN, ignore_errors=True)
     for name in ("quick", "quick3d"):
@@ -263,7 +381,7 @@ def restore(file, before, times, began):
     file.write_text(before)
     for name in ("quick", "quick3d"):
         for made in (TREE / "build" / name).iterdir():
-            if made.stat().st_mtime >= began - 1 and made.is_file():
+            if made.stat().st_mtime >= began - 1 and made.is_file() and not (made.name.startswith("test_") and made.suffix == ".o"):
                 kept = CLEAN / name / made.name
                 made.unlink()                    # it may run
                 if kept.exists():
@@ -271,25 +389,25 @@ def restore(file, before, times, began):
     os.utime(file, times)                        # at last: what has failed before is compiled anew
 
 
-def judge(fault, tests):
-    """Build and test one fault: its row of the ledger."""
+def judge(fault, place, tests):
+    """Build and test one fault, drawn at a place: its row of the ledger."""
     path, number, kind, new = fault
     file = TREE / path
     before, times, began = file.read_text(), (file.stat().st_atime, file.stat().st_mtime), time.time()
+    chosen, name = tests.chosen(path, place), Path(path).stem
+    of_plane, of_solids = ([item for item in chosen if bool(re.search("solid|front", item.path.stem)) == is_solid] for is_solid in (False, True))
     lines = before.splitlines()
-    row = {"file": path, "line": number + 1, "kind": kind, "old": lines[number].strip(), "new": new.strip(), "start": began}
+    row = {"file": path, "line": number + 1, "kind": kind, "old": lines[number].strip(), "new": new.strip(), "start": began, "tests": len(chosen)}
     lines[number] = new
     try:
         file.write_text("\n".join(lines) + "\n")
-        if not build() and not build("dim=3", "program"):
+        if not build(*programs_of(of_plane, "quick")) and not build("dim=3", "program"):
             return row | {"end": "does not compile"}
         row["build"] = round(time.time() - began)
-        files, unit = near(path), f"build/quick/test_{Path(path).stem}"
-        found = tests.found_by(tests.chosen(file for file in files if not re.search("solid|front", file)))
-        if not found and (TREE / f"tests/unit/test_{Path(path).stem}.f90").exists() and build(unit) and inside(unit, timeout=600).returncode:
-            found = f"unit {Path(path).stem}"
-        if not found and build("dim=3", "program"):
-            found = tests.found_by(tests.chosen(file for file in files if re.search("solid|front", file)))
+        found = tests.found_by(of_plane)
+        found = found or next((f"unit {unit}" for unit in units_of(name) if build(f"build/quick/{unit}") and fails(f"build/quick/{unit}")), None)
+        if not found and build("dim=3", *programs_of(of_solids, "quick3d")):
+            found = tests.found_by(of_solids)
         end = "killed" if found else "survived"
         if not found and tests.asked.whole:
             found = tests.found_by(tests.items)
@@ -302,10 +420,10 @@ def judge(fault, tests):
 def judge_all(tests):
     first, last = (int(part) if part else None for part in tests.asked.only.split(":"))
     began, known = time.time(), {(row["file"], row["line"], row["new"]) for row in tests.rows}
-    for fault in draw(tests.asked.draw, tests.asked.seed, TREE)[first:last]:
+    for place, fault in list(enumerate(draw(tests.asked.draw, tests.asked.seed, TREE)))[first:last]:
         if (fault[0], fault[1] + 1, fault[3].strip()) in known or time.time() > began + 60 * tests.asked.minutes:
             continue
-        row = judge(fault, tests)
+        row = judge(fault, place, tests)
         row["seconds"] = round(time.time() - row.pop("start"))
         tests.rows.append(row)
         with LEDGER.open("a") as file:

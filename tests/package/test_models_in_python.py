@@ -145,6 +145,8 @@ def test_warnings_and_notes_for_programs_tell_where(plate, hampm):
     lines = text.splitlines()
     units = next(note for note in found["warnings"] if "waves would pass" in note["reason"])
     assert units["group"] == "material" and lines[units["line"] - 1] == "&material" and units["file"] == "a.nml"
+    start = next(note for note in found["warnings"] if "start" in note["reason"])
+    assert (start["group"], start["key"], start["value"]) == ("refine", "start", "1.0") and lines[start["line"] - 1].strip().startswith("start")
 
 
 def test_options_are_told(hampm, plate):

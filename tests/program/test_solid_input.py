@@ -48,8 +48,8 @@ def test_the_template_is_a_solid_that_runs(tmp_path):
 
 
 def test_a_mistake_in_a_front_is_told_once(tmp_path):
-    """A value that is none is not measured, counted or looked for in the material besides."""
-    for setting in ("crack.radii=-0.01", "crack.front=circle", "crack.center=0.0,0.0", "crack.normal=w"):
+    """A value that is none is not measured, counted or looked for in the material besides; nor is a front beside the material or above it."""
+    for setting in ("crack.radii=-0.01", "crack.front=circle", "crack.center=0.0,0.0", "crack.center=1.0,0.0,0.0", "crack.center=0.0,0.0,1.0", "crack.normal=w"):
         done = run(tmp_path, SOLID_PROGRAM, INPUT / "solid/penny.nml", "--set", setting)
         assert done.returncode == 2 and done.stderr.count("\n") == 1 and f"&crack {setting[6:].split('=')[0]} = " in done.stderr, done.stderr
 

@@ -44,7 +44,6 @@ class Body:
     stiffness: list = None
     density: list = None
     eigen: list = None
-    points: int = 2
 
     def inside(self, place, margin=0.0):
         """Whether a place is in the outline, by its distance where it is a circle, else by the winding of its corners."""
@@ -235,17 +234,14 @@ def material(keys, plane, young):
     law = keys.get("law", "linear_elastic")
     if law not in LAWS:
         raise Outside(f"law {law}")
-    s = np.zeros((4, 4))
+    e, nu = keys.get("young", 0.0), keys.get("poisson", 0.0)
+    young_of, poisson, shear = (e, e, e), (nu, nu, nu), e / (2 * (1 + nu))
     if law == "orthotropic":
-        e1, e2, e3 = keys["young_1"], keys["young_2"], keys.get("young_3", keys["young_2"])
-        s[0, 0], s[1, 1], s[2, 2], s[3, 3] = 1 / e1, 1 / e2, 1 / e3, 1 / keys["shear_12"]
-        s[0, 1] = s[1, 0] = -keys["poisson_12"] / e1
-        s[0, 2] = s[2, 0] = -keys.get("poisson_13", 0.0) / e1
-        s[1, 2] = s[2, 1] = -keys.get("poisson_23", 0.0) / e2
-    else:
-        e, nu = keys["young"], keys.get("poisson", 0.0)
-        s[:3, :3] = ((1 + nu) * np.eye(3) - nu) / e
-        s[3, 3] = 2 * (1 + nu) / e
+        young_of = keys["young_1"], keys["young_2"], keys.get("young_3", keys["young_2"])
+        poisson, shear = (keys["poisson_12"], keys.get("poisson_13", 0.0), keys.get("poisson_23", 0.0)), keys["shear_12"]
+    s = np.diag([*(1 / e for e in young_of), 1 / shear])
+    for nu, (i, j) in zip(poisson, ((0, 1), (0, 2), (1, 2))):
+        s[i, j] = s[j, i] = -nu / young_of[i]
     flat = [0, 1, 3]
     if plane == "stress":
         c = np.zeros((4, 4))
@@ -317,7 +313,7 @@ class Reader:
         if keys.get("hole"):
             return Body(pieces, None, None, lower, upper)
         e = [*listed(keys.get("eigenstrain", [0.0] * 3)), 0.0][:4]
-        found = Body(pieces, material(self.materials[keys["material"]], self.plane, self.young), np.array([e[0], e[1], e[3], 2 * e[2]]), lower, upper, points=keys.get("points_per_cell", 2))
+        found = Body(pieces, material(self.materials[keys["material"]], self.plane, self.young), np.array([e[0], e[1], e[3], 2 * e[2]]), lower, upper)
         if "profile_at" in keys:
             found.direction = unit(np.array(keys.get("profile_direction", [1.0, 0.0])))
             found.at = [(x - self.origin @ found.direction) / self.cell for x in listed(keys["profile_at"])]

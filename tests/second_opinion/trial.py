@@ -49,7 +49,7 @@ def traits(path):
     """What a scene has, by which its estimated errors are counted; of cracks at an edge whether an edge with a mouth is loaded too."""
     one = Reader(path)
     scene, group = one.scene(), one.one
-    pairs = [(a, b) for crack in scene.cracks for a, b in zip(crack.points, crack.points[1:])]
+    pairs = [ends for crack in scene.cracks for ends in crack.segments]
     at_edge = [place for crack in scene.cracks for place in (crack.points[0], crack.points[-1]) if crack.kind != "symmetry" and not any(np.allclose(place, tip.place) for tip in crack.tips)]
     at_edge = [place for a, b in pairs for piece in scene.pieces() for place in [a + t * (b - a) for t in crossings(a, b, piece) if 0 <= t <= 1]] if at_edge else []
     acts = [load for load in scene.loads if load.kind in ("traction", "pressure") and load.lower is not None]
