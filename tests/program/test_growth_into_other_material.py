@@ -53,6 +53,15 @@ def test_next_to_a_seam_the_bar_tells_what_is_lost(hampm, young, exact):
         assert error < (0.3 if x < -1e-3 else 0.6) * found
 
 
+def test_domains_end_at_the_other_body_whichever_is_the_first(hampm):
+    """J and K of a tip within its radii of a seam: bodies have no order."""
+    text = grown("0.01857", 1, 1e-3, "1e-3, 1.2e-3, 1.4e-3")
+    first, second = (line + "\n" for line in PLATE.splitlines() if line.startswith("&body"))
+    one, other = (run(hampm, scene) for scene in (text, text.replace(first + second, second + first)))
+    for column in ("J", "K_I", "J_error"):
+        assert other[column] == pytest.approx(one[column], rel=1e-6), column
+
+
 def test_in_cycles_too(hampm):
     """K of the cycles is that of J in the body where the tip is."""
     text = PLATE.format(tip="0.0123") + AT_REST.format(steps=9, radii="1e-3, 1.5e-3, 2e-3")
