@@ -503,3 +503,22 @@ def test_cells_refine_at_rest_and_carry_what_particles_remember(hampm, tmp_path,
     for name, most in (column, 0.01), ("J", 0.01), ("strain_energy", 0.01):
         assert refined[name] == pytest.approx(fine[name], rel=most)
         assert abs(refined[name] - fine[name]) < 0.5 * abs(coarse[name] - fine[name])
+
+
+def test_cells_that_refine_as_a_bar_is_let_go_forget_no_plastic_strain(run):
+    """A bar that has yielded shrinks by twice what half of the load, under which it was elastic, had stretched it."""
+    row = run("""
+&run plane = 'strain' end_time = 4.0 /
+&grid lower = 0.0, 0.0 cell = 0.1 cells = 20, 5 /
+&material name = 'a' law = 'j2_plastic' volumetric = 'b_bar' young = 200e9 poisson = 0.3 density = 7800 yield_stress = 200e6 hardening = 2e9 /
+&body material = 'a' lower = 0.0, 0.0 upper = 1.8, 0.5 /
+&constraint lower = 0.0, 0.0 upper = 0.0, 0.5 fix = 'xy' /
+&constraint lower = 1.8, 0.0 upper = 1.8, 0.5 fix = 'y' /
+&load kind = 'traction' lower = 1.8, 0.0 upper = 1.8, 0.5 force = 130e6, 0.0 history = 'table' times = 0.0, 2.0, 4.0 factors = 0.0, 1.0, 0.0 /
+&method time = 'static' load_steps = 4 /
+&refine indicator = 'gradient' field = 'energy_density' r_crit = 0.05 max_level = 1 /
+&probe name = 'end' quantity = 'displacement' at = 1.8, 0.25 /
+""")
+    u, cells = row["displacement_end_x"], row["cells"]
+    assert cells[3] > cells[2] and u[2] > 10 * u[1]
+    assert u[2] - u[4] == pytest.approx(2 * u[1], rel=0.01)
