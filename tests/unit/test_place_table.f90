@@ -62,7 +62,7 @@ contains
       type(place_table_t) :: plain, table
       integer(long) :: place(ndim)
       real(dp) :: r(ndim)
-      integer :: status, k, expected, number, wrong
+      integer :: status, k, i, j, expected, number, wrong
       call plain%reserve(1, status)
       call table%reserve(1, status, cells, width)
       wrong = 0
@@ -77,6 +77,18 @@ contains
          if (number /= expected .or. table%n /= plain%n .or. table%number_of(place) /= expected) wrong = wrong + 1
       end do
       call check(wrong == 0, 'the corners of a lattice have the numbers that they have without it')
+      call table%number_by_rows()
+      expected = 0
+      wrong = 0
+      do j = -30, 80
+         do i = -30, 80
+            number = table%number_of([integer(long) :: i, j])
+            if (number == 0) cycle
+            expected = expected + 1
+            if (number /= expected) wrong = wrong + 1
+         end do
+      end do
+      call check(wrong == 0 .and. expected == table%n, 'and row by row they follow each other')
    end subroutine corners_of_a_lattice
 
    !> Places all over the range of a forest, many of them twice, compared with a list that is searched through.
