@@ -116,3 +116,12 @@ def test_by_its_toughness_too(hampm):
     for body, rayleigh in ((x < 0.01, 2893), (x > 0.0101, 5011)):
         assert row["tip_speed"][moves & body] == pytest.approx(rayleigh * row["speed_ratio"][moves & body], rel=1e-3)
     assert np.max(row["tip_speed"][(x > 0.02) & (x < 0.06)]) > 3200
+
+
+def test_domains_of_a_tip_that_runs_are_those_asked_for(hampm):
+    """Of three discs the last one has J of a run with it alone, and each its own: where there is room a tip that grows keeps its radii."""
+    text = STRIP.format(end=6e-6, body="", law="prescribed", keys="speed = 868.0")
+    three, one = run(hampm, text, "output.history_interval=2e-6"), run(hampm, text, "output.history_interval=2e-6", "energy_release.radii=0.006")
+    assert three["tip_x"][-1] > 5e-3
+    print(three["J_1"], three["J_3"])
+    assert one["J"] == pytest.approx(three["J_3"], rel=1e-4) and np.all(np.abs(three["J_1"] - three["J_3"])[1:] > 1e-3 * three["J_3"][1:])
