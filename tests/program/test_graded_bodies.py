@@ -104,6 +104,19 @@ def test_a_run_that_goes_on(hampm, method, indicator):
     assert found.keys() == expected.keys() and all(harness.same_bytes(found[name], expected[name]) for name in expected)
 
 
+def test_cells_that_recombine_have_the_material_of_their_places(hampm):
+    """A crack that has grown has J and K of one that was as long from the start: behind it fine cells have become coarse ones."""
+    text = plate(exponential(0.5, 8.0), half=8.0, levels=1).replace("rings = 8", "rings = 3").replace("-1.0, -0.0, 1.0, 0.0", "-9.0, 0.0, {tip}, 0.0")
+    text = text.replace("'domain_integral'", "'domain_integral' radii = 1.2, 1.6, 2.0")
+    more = "&growth law = 'quasi_static' direction = 'straight' toughness = 1.0 increment = 1.0 /\n"
+    grown = harness.run(hampm, text.format(tip=-4.0) + more, "method.load_steps=6").last()
+    stays = harness.run(hampm, text.format(tip=grown["tip_x"])).last()
+    print(grown["tip_x"], [(grown[name] / grown["load_factor"]**power / stays[name] - 1) for name, power in (("J", 2), ("K_I", 1))])
+    assert grown["tip_x"] > 0.9
+    for name, power in (("J", 2), ("K_I", 1)):
+        assert grown[name] / grown["load_factor"]**power == pytest.approx(stays[name], rel=1e-4), name
+
+
 @pytest.mark.parametrize(("profile", "told"), [
     ("profile_at = 0.0 profile_stiffness = 1.0", "profile_at = 0.0: must have two places at least"),
     ("profile_at = 1.0, 0.0 profile_stiffness = 1.0, 2.0", "must increase from one to the next"),
