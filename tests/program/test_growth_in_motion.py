@@ -472,6 +472,16 @@ def flying(text, velocity):
     return text
 
 
+def test_a_crack_that_the_body_carries_has_turned(hampm):
+    """Across the largest hoop stress: of K_II before the turn, a third of K_I, nothing is left right behind it, where domains are wider than the way since then."""
+    row, _ = run_told(hampm, flying(plate(GIVEN.format("").replace("straight", "hoop_stress")), "0.0, 0.0").replace("end_time = 8e-6", "end_time = 4e-6"))
+    first = np.flatnonzero(row["tip_speed"] > 0)[0]
+    before, right_behind = row["K_II"][first - 1] / row["K_I"][first - 1], slice(first, first + 10)
+    left = np.mean(row["K_II"][right_behind]) / np.mean(row["K_I"][right_behind])
+    print(before, left, row["tip_angle"][first])
+    assert before > 0.3 and abs(left) < 0.01
+
+
 @pytest.mark.parametrize("law", ["law = 'prescribed'  speed = 600.0  start = 2e-6", "law = 'toughness'  toughness = 0.05"])
 def test_a_crack_grows_in_a_plate_that_flies(hampm, law):
     """At 60 m/s it goes through a cell in 8 us. Its way is as in the total frame; energy is kept; K rings as its tips go from cell to cell. By the toughness bonded points take that times the
