@@ -360,6 +360,8 @@ MISTAKES = [
      "&load kind = 'point' lower = 0.25, 0.25 upper = 0.25, 0.25 force = 1, 0 /", "must be in or on a body"),
     ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n"
      "&constraint lower = 0.2, 0.2 upper = 0.2, 0.2 fix = 'x' /", "must hold a node of a cell with material"),
+    ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n&crack kind = 'path' points = 0.4, 0.5, 0.75, 0.5 /\n"
+     "&load kind = 'pressure' on = 'crack' pressure = 1e6 /", "must stay two cells away from the edges"),
 ]
 
 
