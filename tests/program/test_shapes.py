@@ -374,10 +374,12 @@ CROSS = [(-0.1, -0.2), (0.1, -0.2), (0.1, 0.3), (-0.1, 0.3)]
 def test_bodies_touch_at_a_corner_or_overlap(hampm, tmp_path, other, deep, overlaps, degrees):
     """The tip of a wedge on the side of a bar, which it may touch but not cut; a bar that crosses another one has no corner in it. However they are turned."""
     bar = [(-0.35, -0.1), (0.35, -0.1), (0.35, 0.0), (-0.35, 0.0)]
-    (tmp_path / "case.nml").write_text("&run plane = 'stress' end_time = 1.0 /\n&grid lower = -0.5, -0.5 cell = 0.1 cells = 10, 10 /\n" + STEEL + polygon(turned(bar, degrees))
-                                       + polygon(turned(np.subtract(other, (0.0, deep)), degrees)) + "&constraint lower = -0.5, -0.5 upper = 0.5, 0.5 fix = 'xy' /\n&method time = 'static' /\n")
-    result = hampm("--check", "case.nml")
-    assert (result.returncode, "must not overlap body 1" in result.stderr) == ((2, True) if overlaps else (0, False)), result.stderr
+    bodies = polygon(turned(bar, degrees)), polygon(turned(np.subtract(other, (0.0, deep)), degrees))
+    for order in (bodies, bodies[::-1]):
+        (tmp_path / "case.nml").write_text("&run plane = 'stress' end_time = 1.0 /\n&grid lower = -0.5, -0.5 cell = 0.1 cells = 10, 10 /\n" + STEEL + "".join(order)
+                                           + "&constraint lower = -0.5, -0.5 upper = 0.5, 0.5 fix = 'xy' /\n&method time = 'static' /\n")
+        result = hampm("--check", "case.nml")
+        assert (result.returncode, "must not overlap body 1" in result.stderr) == ((2, True) if overlaps else (0, False)), result.stderr
 
 
 def test_a_line_ends_where_the_edge_is(hampm, tmp_path):
