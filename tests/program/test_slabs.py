@@ -130,6 +130,8 @@ def test_closed_faces_of_a_slab(tmp_path, name):
 
 GROWTH = {
     "at rest": (scene(CELL, more="&growth law = 'quasi_static'  direction = 'straight'  toughness = 1.0e5  increment = 2.0e-3 /"), 0.05),
+    "at rest, by a frame": (scene(CELL, more="&growth law = 'quasi_static'  direction = 'straight'  toughness = 1.0e5  increment = 2.0e-3 /\n"
+                                  "&control quantity = 'displacement'  displacement = 1.8e-4  history = 'ramp'  rise_time = 1.0 /"), 0.05),
     "at rest, half": (scene(HALF, more="&growth law = 'quasi_static'  direction = 'straight'  toughness = 1.0e5  increment = 2.0e-3 /", estimators="'domain_integral'"), 0.05),
     "by cycles": (scene(CELL, more="&growth law = 'fatigue'  rate = 'paris'  rate_constant = 1e-30  rate_exponent = 3.0  direction = 'straight'  increment = 2.0e-3 /"), 0.08),
     "in motion": (scene(CELL, method=EXPLICIT, more="&growth law = 'prescribed'  direction = 'straight'  speed = 500.0  start = 5.0e-6 /"), 0.1),
@@ -139,11 +141,11 @@ GROWTH = {
 
 @pytest.mark.parametrize("name", GROWTH)
 def test_growth_of_a_slab(tmp_path, name):
-    """Lengths are the same; load factors, cycles and G, over their largest values, are so but for the effective place of the tip. Energies of fracture in motion, which in 20
+    """Lengths are the same, if no frame tells how far a crack grows; load factors, cycles and G, over their largest values, are so but for the effective place of the tip. Energies of fracture in motion, which in 20
     cells are 10 % above the integral of G in the plane and 8 % below it in solids, are within 25 %."""
     text, most = GROWTH[name]
     plane, _, slab = slabs.twins(tmp_path, text)
-    assert np.max(np.abs(slab["crack_length"] - plane["crack_length"])) < 1e-6 * np.ptp(plane["crack_length"])
+    assert np.max(np.abs(slab["crack_length"] - plane["crack_length"])) < (most if "frame" in name else 1e-6) * np.ptp(plane["crack_length"])
     found = {column: float(np.max(np.abs(slab[of_slab] - plane[column])) / np.max(np.abs(plane[column])))
              for column, of_slab in (("J", "G_mean"), ("load_factor", "load_factor"), ("cycles", "cycles"), ("fracture_energy", "fracture_energy")) if column in plane}
     print(name, found)
