@@ -1,6 +1,7 @@
 """Solids that are cylinders and spheres, with holes, and what presses on them: beside closed forms."""
 
 import os
+import re
 import subprocess
 
 import numpy as np
@@ -264,6 +265,14 @@ def test_an_octree_in_motion_steps_like_plain_loops(tmp_path):
     fast, plain = (run(tmp_path / path, SOLID_PROGRAM, text.format(path))["history"] for path in ("fastest", "reference"))
     for name in ("strain_energy", "kinetic_energy"):
         assert difference(f"{name} beside plain loops", fast[name][:], plain[name][:], np.max(plain[name][:])) < 1e-9
+
+
+def test_points_of_a_shell_are_counted_by_its_volume(tmp_path):
+    """Before there are any: where they are more than integers count the model is refused with their number, of which some at sides are counted twice."""
+    (tmp_path / "case.nml").write_text(sphere(4))
+    said = subprocess.run([SOLID_PROGRAM, "case.nml", "--check", "--set", "grid.cell=1e-4", "--set", "grid.cells=600,600,600", "--set", "body(1).points_per_cell=5"], cwd=tmp_path, capture_output=True, text=True).stderr
+    told = float(re.search(r"there would be (\S+) material points", said)[1])
+    assert told == pytest.approx(4 / 3 * np.pi * (OUTER**3 - INNER**3) / 2e-5**3, rel=0.02), said
 
 
 @pytest.mark.parametrize(("old", "new", "message"), [
