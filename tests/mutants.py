@@ -36,7 +36,7 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "build/mutants"
 TREE, LEDGER, CLEAN = FOLDER / "tree", FOLDER / "ledger.jsonl", FOLDER / "clean"
 COSTS, LEFT_OUT = FOLDER / "costs.jsonl", FOLDER / "left_out.json"
-TRACED, NOTES, HITS = FOLDER / "traced", FOLDER / "notes", FOLDER / "hits.json"
+TRACED, NOTES, OF = FOLDER / "traced", FOLDER / "notes", FOLDER / "traced_of"
 BUILDS = "quick/hampm", "quick3d/hampm3d"
 TOOLS = "newton_steps", "forced_step", "eigenvalue_limit", "results_driver"    # programs that some tests run
 BUDGET, SHARE, MOST, UNKNOWN = 12.0, 2.0, 2.0, 0.15    # seconds of a processor: of the tests of a fault, of those of one file, of one test, of a test that has not run
@@ -238,15 +238,14 @@ class Tests:
 
     def all_hits(self):
         """Of each function of the tests the places of faults that its first case runs."""
-        if not HITS.exists():
+        first = {function_of(item): item for item in reversed(self.items) if not note_of(item).exists()}
+        if first:
             trace(draw(self.asked.draw, self.asked.seed, TREE))
             NOTES.mkdir(exist_ok=True)
-            first = {function_of(item): item for item in reversed(self.items) if not note_of(item).exists()}
             with programs_of_folder(TRACED / "build"):
                 for _, items in itertools.groupby(reversed(first.values()), lambda item: item.path):
                     self.first_that_fails(list(items), is_traced=True)
-            HITS.write_text(json.dumps({function_of(item): sorted(set(map(int, note_of(item).read_text().split()))) for item in self.items if note_of(item).exists()}))
-        return json.loads(HITS.read_text())
+        return {function_of(item): {int(place) for place in note_of(item).read_text().split()} for item in self.items if note_of(item).exists()}
 
     def chosen(self, path, place):
         """Tests that run a place, of each file as much as SHARE allows, and others of these files, which may share runs with them, later: of near files first. Where
@@ -355,7 +354,7 @@ def of_git(*words):
     return subprocess.run(["git", *words], cwd=TREE, check=True, capture_output=True, text=True).stdout
 
 
-def prepare():
+def prepare(asked):
     """The copy and its builds."""
     if not TREE.exists():
         FOLDER.mkdir(parents=True, exist_ok=True)
@@ -367,6 +366,11 @@ def prepare():
     sources = of_git("ls-files", "src").split()
     of_git("update-index", "--no-assume-unchanged", *sources)
     of_git("reset", "--hard", "FETCH_HEAD")
+    of = f"{asked.draw} {asked.seed} {of_git('rev-parse', 'HEAD:src')}"
+    if not OF.exists() or OF.read_text() != of:                     # other places
+        for folder in (TRACED, NOTES):
+            shutil.rmtree(folder, ignore_errors=True)
+        OF.write_text(of)
     of_git("update-index", "--assume-unchanged", *of_git("ls-files", "src").split())    # a fault makes no other version of the program
     tools, unit = [f"build/quick/{tool}" for tool in TOOLS], "build/quick/test_text"      # which makes what unit tests share
     if not (build("program", *tools, unit) and build("dim=3", "program", "build/quick3d/forced_step")):
@@ -456,7 +460,7 @@ def main():
     asked = parser.parse_args()
     rows = [json.loads(line) for line in LEDGER.read_text().splitlines()] if LEDGER.exists() else []
     if not asked.show:
-        prepare()
+        prepare(asked)
         os.chdir(TREE)
         os.environ.update({"HAMPM": f"build/{BUILDS[0]}", "HAMPM3D": f"build/{BUILDS[1]}"})
         whole = ["tests", "--ignore=tests/setup", "--ignore=tests/unit"] if asked.whole else [f"tests/{folder}" for folder in FOLDERS]
