@@ -205,3 +205,18 @@ def test_a_bar_leaves_a_support_when_its_wave_is_back(hampm, tmp_path):
     assert np.sum(push) * 1e-6 == pytest.approx((1 - 0.0125) * force * back, rel=0.02)    # 2 m v
     assert row["kinetic_energy"][-1] + row["strain_energy"][-1] == pytest.approx(row["kinetic_energy"][0], rel=1e-4)
     assert row["external_work"] == pytest.approx(0, abs=1e-12)
+
+
+def test_a_node_that_bears_all_of_a_load_is_told(hampm):
+    """A plate at a frictionless wall is drawn along it, and one node holds it back: what the wall holds across is not of that support."""
+    (hampm.folder / "case.nml").write_text("""&run plane = 'stress' end_time = 1.0 /
+&grid lower = 0.0, -0.01 cell = 0.01 cells = 21, 6 /
+&material name = 'a' young = 70e9 poisson = 0.3 density = 2700 /
+&body material = 'a' lower = 0.0, 0.0 upper = 0.2, 0.04 /
+&constraint lower = 0.0, 0.0 upper = 0.0, 0.04 fix = 'x' /
+&constraint lower = 0.0, 0.0 upper = 0.0, 0.0 fix = 'y' /
+&load name = 'drawn' kind = 'traction' lower = 0.0, 0.0 upper = 0.0, 0.04 force = 0.0, 1000.0 /
+&probe name = 'way' quantity = 'load_line' of = 'drawn' /
+&method time = 'static' /
+""")
+    assert "the single held node at (0.0, 0.0) m carries 100.0 % of the load" in hampm("case.nml", "--quiet").stderr
