@@ -47,11 +47,20 @@ def test_every_scheme_and_mass_matrix(hampm, scheme, mass):
     assert row["momentum_y"] == pytest.approx(row["momentum_y"][0], rel=1e-10)
 
 
+FINER = ("&refine indicator = 'gradient'  field = 'speed'  r_crit = 0.05  r_coarsen = 0.02  max_level = 1  interval = 5\n"
+         "        region_lower = 0, 0  region_upper = 1.1, 2.4 /\n")
+
+
+def test_one_particle_a_cell_is_recombined_too(hampm):
+    """Its domain fills the cell: in half a turn all of it comes into finer cells, and never are all of its 25 particles parted."""
+    row = run(hampm, square(0.5).replace("points_per_cell = 2", "points_per_cell = 1") + FINER)
+    print(row["particles"])
+    assert row["particles"][0] == 25 and 50 < np.max(row["particles"]) < 100 and np.min(np.diff(row["particles"])) < 0
+
+
 def test_split_and_recombined_where_it_turns(hampm):
     """Half of it turns through finer cells: particles are split and recombined all the time, and the audit knows."""
-    refine = "&refine indicator = 'gradient'  field = 'speed'  r_crit = 0.05  r_coarsen = 0.02  max_level = 1  interval = 5\n" \
-             "        region_lower = 0, 0  region_upper = 1.1, 2.4 /\n"
-    row = run(hampm, square(0.5) + refine)
+    row = run(hampm, square(0.5) + FINER)
     print(row["particles"], change(row["angular_momentum"]), audit(row))
     assert np.ptp(row["particles"]) > 20
     assert audit(row) < 1e-8
