@@ -212,3 +212,21 @@ def test_a_gap_of_the_surfaces_can_be_given(tmp_path):
     found = scenes.bars(PROGRAM, tmp_path, cells=40, options=("contact.distance=2.5e-3",))
     print(found)
     assert found["onset"] == pytest.approx(0.1, abs=0.01)
+
+
+def test_discs_around_a_tip_end_where_its_body_does(hampm):
+    """Under a body that comes to rest on it: what touches the cracked body is no material within the discs of its tip, and the cracked body is."""
+    text = """&run plane = 'strain' end_time = 1e-5 /
+&grid lower = -1e-3, -1e-3 cell = 1e-3 cells = 22, 17 /
+&material name = 'a' young = 70e9 poisson = 0.3 density = 2700 /
+&body material = 'a' lower = 0.0, 0.0 upper = 0.02, 0.01 /
+&body material = 'a' lower = 0.0, 0.01 upper = 0.02, 0.014 velocity = 0.0, -1.0 /
+&contact bodies = 'frictionless' /
+&constraint lower = 0.0, 0.0 upper = 0.02, 0.0 fix = 'xy' /
+&crack kind = 'line' tip = 0.01, {y} /
+&method frame = 'updated' /
+&energy_release estimators = 'domain_integral' radii = 2e-3, 3e-3, 4e-3 /
+"""
+    for y, code, said in (("0.005", 0, ""), ("0.007", 2, "must be in [0.002, 0.003] [m] around the tip (0.01, 0.007)")):
+        result = hampm(written(hampm.folder, text.format(y=y)), "--check")
+        assert result.returncode == code and said in result.stderr, result.stderr
