@@ -20,6 +20,8 @@ program test_polygon
    call check_close(distance_to_polygon([2.0_dp, 1.5_dp], bracket), 0.5_dp, 1e-15_dp, 'a place beside a side is as far from it')
    call check_close(distance_to_polygon([2.0_dp, 1.5_dp], bracket, [(i == 1, i=1, 6)]), 1.5_dp, 1e-15_dp, &
                     'or from the one that counts')
+   call check_close(distance_to_polygon([-3.0_dp, -4.0_dp], bracket), 5.0_dp, 1e-15_dp, 'sides end at corners, the first')
+   call check_close(distance_to_polygon([6.0_dp, 5.0_dp], bracket, [(i == 2, i=1, 6)]), 5.0_dp, 1e-15_dp, 'and the last')
    call check_close(distance_to_line([-3.0_dp, 4.0_dp], bracket(:, :2)), 5.0_dp, 1e-15_dp, 'a line ends at its points')
    call check(all(abs(side_lengths(bracket) - [3, 1, 2, 1, 1, 2]) <= 0), 'sides have lengths')
    call check(all(abs(ways_along(bracket) - [0, 3, 4, 6, 7, 8]) <= 0), 'which are the ways between corners')
