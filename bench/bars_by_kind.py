@@ -7,6 +7,7 @@ tests/reference, none of which an estimate was fitted to. Prints kind, quantity,
 
 import cmath
 import os
+import random
 import subprocess
 import sys
 import tempfile
@@ -25,9 +26,9 @@ YOUNG, POISSON = 199.992e9, 0.3
 
 @dataclass
 class Case:
-    """A scene; of each column the right values of all rows, by the columns; rows that count; how far the right ones may be off."""
+    """A scene, its state or a function that tells it of each time; of each column the right values of all rows, by the columns; rows that count; how far the right ones may be off."""
     kind: str
-    state: str
+    state: object
     scene: str
     right: dict
     counts: object = field(default=lambda row: slice(-1, None))
@@ -196,7 +197,80 @@ def fronts():
         yield Case("front", "mean", text, {"G_mean": lambda row, right=right: np.array([right]), "G_vcct_I": lambda row, right=right: np.array([right])}, doubt=3e-4, solid=True)
 
 
-KINDS = {function.__name__: function for function in (peel, interface, fatigue, running, meeting, fronts)}
+def universal(young, poisson, density, plane, mode):
+    """Speeds below that of Rayleigh waves, k and A of these (Freund 1990, sections 5.3 and 6.4), speeds of pressure and shear waves, E' and nu' of the plane."""
+    ratio = poisson if plane == "strain" else poisson / (1 + poisson)
+    shear = sqrt(young / (2 * (1 + poisson)) / density)
+    fast = shear * sqrt(2 * (1 - ratio) / (1 - 2 * ratio))
+    root = lambda v, c: np.sqrt(1 - (v / c)**2)
+    zero = lambda v: 4 * root(v, fast) * root(v, shear) - (1 + root(v, shear)**2)**2
+    low, high = 0.5 * shear, (1 - 1e-12) * shear
+    for _ in range(60):
+        low, high = ((low + high) / 2, high) if zero((low + high) / 2) > 0 else (low, (low + high) / 2)
+    speed = np.linspace(1e-4, 0.98, 99) * low
+    angle = (np.arange(400) + 0.5) * pi / 800
+    a, b = 1 / fast, 1 / shear
+    e = a + (b - a) * np.sin(angle)**2
+    part = np.arctan2(4 * e**2 * np.sqrt((e**2 - a**2) * (b**2 - e**2)), (b**2 - 2 * e**2)**2) * (b - a) * np.sin(2 * angle) * pi / 800
+    k = (1 - speed / low) / np.sqrt(1 - speed / (fast if mode == 1 else shear)) * np.exp(np.sum(part / (1 / speed[:, None] - e), axis=1) / pi)
+    share = speed**2 * root(speed, fast if mode == 1 else shear) / ((1 - ratio) * shear**2 * zero(speed))
+    return speed, k, share, fast, shear, young / (1 - poisson**2) if plane == "strain" else young, ratio, low
+
+
+def motion(seeds=range(900, 912)):
+    """Drawn cracks under a plane wave of opening or shear: at rest, at a given speed, that stop, and by a constant toughness; in cells, planes, masses, frames and steps of any
+    kind. While nothing comes back from sides K = k(v) K(t, 0), G = A(v) K**2/E', and by the toughness g(v) K(t, 0)**2/E' is that."""
+    for seed in seeds:
+        draw = random.Random(seed)
+        plane, poisson, young, density = draw.choice(["strain", "strain", "stress"]), draw.uniform(0.05, 0.4), 10**draw.uniform(9, 11.4), draw.uniform(1000, 8000)
+        mode, n, half, law = draw.choice([1, 1, 1, 2]), draw.choice([20, 25, 32]), 10**draw.uniform(-3, 0), draw.choice(["rest", "rest", "given", "given", "stops", "toughness"])
+        law = "given" if mode == 2 and law == "toughness" else law
+        speeds, k, share, fast, shear, modulus, ratio, wave = universal(young, poisson, density, plane, mode)
+        cell, arrival, stress = half / n, half / (fast if mode == 1 else shear), 1e-5 * young
+        start, given = arrival + draw.uniform(0.15, 0.5) * half / fast, draw.uniform(0.05, 0.65) * wave
+        end = arrival + (1.9 if law == "rest" else 1.5) * half / fast
+        stop = start + 0.4 * (end - start) if law == "stops" else end
+        at_rest = lambda t, c=half / arrival, a=arrival, s=stress: 2 * s * np.sqrt(2 * shear**2 * np.maximum(t - a, 0) / (c * pi * (1 - ratio)))
+        toughness = float(at_rest(np.array(start))**2 / modulus)
+
+        def speed_at(t, law=law, start=start, stop=stop, given=given, toughness=toughness, at_rest=at_rest, modulus=modulus, g=share * k**2, speeds=speeds):
+            if law == "toughness":
+                return np.where(t > start, np.interp(toughness * modulus / np.maximum(at_rest(t)**2, 1e-300), g[::-1], speeds[::-1]), 0.0)
+            return np.where((t > start) & (t < stop) & (law != "rest"), given, 0.0)
+
+        def right(row, power, of_speed, speed_at=speed_at, at_rest=at_rest, speeds=speeds, modulus=modulus):
+            return np.where(speed_at(row["time"]) > 0, np.interp(speed_at(row["time"]), speeds, of_speed), 1.0) * at_rest(row["time"])**power / (1 if power == 1 else modulus)
+
+        def state(t, law=law, start=start, stop=stop, settle=8 * cell / shear, arrival=arrival, early=4 * cell / shear):
+            if t < arrival + early:
+                return "as the wave comes"
+            if law == "rest" or t < start:
+                return "at rest"
+            if t < stop:
+                return "by toughness" if law == "toughness" else "first cells" if t < start + settle else "runs"
+            return "after it stops"
+        growth = {"rest": "", "toughness": f"&growth law = 'toughness'  toughness = {toughness}  direction = 'straight' /"}.get(
+            law, f"&growth law = 'prescribed'  speed = {given}  start = {start}  end = {2 * end if law == 'given' else stop}  direction = 'straight' /")
+        method = draw.choice([f"mass = '{m}'  frame = '{f}'" for m in ("weighted", "lumped", "consistent") for f in ("total", "updated")] + [f"time = 'implicit'  time_step = {0.6 * cell / fast}"])
+        tip = draw.choice([0.0, draw.uniform(0.1, 0.9)]) * cell if law == "rest" else 0.0
+        force = lambda sign: f"{0.0 if mode == 1 else sign * stress * half}, {sign * stress * half if mode == 1 else 0.0}"
+        edges = "".join(f"&load kind = 'traction'  lower = {-half}, {s * half}  upper = {half}, {s * half}  force = {force(s)} /\n" for s in (1, -1))
+        sides = "".join(f"&constraint lower = {x}, {-half}  upper = {x}, {half}  fix = '{'xy'[mode - 1]}' /\n" for x in (-half, half))
+        scene = f"""&run plane = '{plane}'  end_time = {end} /
+&grid lower = {-half}, {-half - cell}  cell = {cell}  cells = {2 * n}, {2 * n + 2} /
+&material name = 's'  young = {young}  poisson = {poisson}  density = {density} /
+&body material = 's'  lower = {-half}, {-half}  upper = {half}, {half} /
+{edges}{sides}&method {method} /
+&crack kind = 'path'  points = {-half}, 0, {tip}, 0 /
+{growth}
+&energy_release estimators = 'domain_integral' /
+&output history_interval = {end / 150} /
+"""
+        yield Case("motion", state, scene, {"K_" + "I" * mode: lambda row, right=right, k=k: right(row, 1, k), "G": lambda row, right=right, g=share * k**2: right(row, 2, g)},
+                   lambda row, first=arrival + 2 * cell / shear: row["time"] > first, 0.0)
+
+
+KINDS = {function.__name__: function for function in (peel, interface, fatigue, running, motion, meeting, fronts)}
 
 
 def rows_of(case, program):
@@ -218,7 +292,8 @@ def rows_of(case, program):
         known = known[which] if len(known) > 1 else known
         off = np.abs(np.abs(value) - np.abs(known))
         size, bars = np.abs(known) * case.doubt, (np.full(len(off), np.nan) if estimate is None else estimate[which])
-        rows += [(case.kind, name, case.state, bool(o <= b + s), float(b / max(o, s, 1e-300))) for o, b, s in zip(off, bars, size)]
+        states = [case.state] * len(off) if isinstance(case.state, str) else [case.state(t) for t in row["time"][which]]
+        rows += [(case.kind, name, state, bool(o <= b + s), float(b / max(o, s, 1e-300))) for o, b, s, state in zip(off, bars, size, states)]
     return rows
 
 

@@ -6,14 +6,16 @@ module hampm_crack_measurements
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t, best_t
    use hampm_cracks, only: cracks_t
-   use hampm_estimated_errors, only: error_t, pace_t, follow, needs_sample, waves_of
+   use hampm_estimated_errors, only: error_t, pace_t, follow, follow_speed, is_new_slot, look_for_arrival, needs_sample, &
+                                     waves_of
    use hampm_estimator, only: estimate_t
    use hampm_failure, only: failure_t
    use hampm_history, only: history_t
    use hampm_loads, only: factors_at
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
-   use hampm_openings, only: opening_at
+   use hampm_moving_tip, only: rayleigh_speed
+   use hampm_openings, only: opening_at, velocity_range_at
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_crack_tip_field, only: modes, tip_field_t
@@ -22,7 +24,7 @@ module hampm_crack_measurements
    use hampm_turned_tips, only: turn_t, last_turn, turn_values
    implicit none
    private
-   public :: measure_crack, needs_values, record_crack
+   public :: measure_crack, look_at_tip, needs_values, record_crack
 
 contains
 
@@ -79,8 +81,9 @@ contains
             agree = tip%nodes%in_cell .and. .not. (values%moves .or. values%is_closed .or. tip%grown > 0 .or. abs(turn%angle) > 0 &
                                                    .or. material%is_finite .or. material%has_history .or. field(1)%is_at_interface)
             agree = agree .and. material%isotropic ! else K has the size of J
+            call follow_values(tip, field(1), rayleigh_speed(material), problem%state%time, pace_of(problem, tip, values), agree, &
+                               values)
          end associate
-         call follow_values(tip, field(1), problem%state%time, pace_of(problem, tip, values), agree, values)
          best = values%best(tip, problem%materials(tip%material_in(problem%materials))%isotropic)
          if (best%estimator /= '') g = best%rate
       end associate
@@ -92,9 +95,29 @@ contains
       type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(in) :: values
       pace%in_sets = values%in_sets
+      pace%first = values%arrival%slot
+      if (tip%grown > 0) pace%cells = 1          ! faces part behind it cell by cell
       if (values%moves) &
          pace%waves = waves_of(tip%nodes%spacing, problem%materials(tip%material_in(problem%materials))%shear_wave_speed())
    end function pace_of
+
+   !> After a step, look whether a wave has arrived at a tip.
+   pure subroutine look_at_tip(problem, tip, values)
+      type(problem_t), intent(in) :: problem
+      type(crack_tip_t), intent(in) :: tip
+      type(crack_values_t), intent(inout) :: values
+      type(pace_t) :: pace
+      real(dp) :: rate
+      integer :: side
+      if (.not. (values%in_sets .and. tip%is_measured() .and. values%errors%are_known)) return
+      pace = pace_of(problem, tip, values)
+      if (.not. is_new_slot(values%arrival, problem%state%time, pace)) return
+      rate = 0
+      do side = -1, 1, 2                         ! ahead of it, on both sides of its line
+         rate = max(rate, velocity_range_at(problem, tip%now + tip%nodes%spacing/4*(tip%direction + side*tip%axis(:, 2))))
+      end do
+      call look_for_arrival(values%arrival, problem%state%time, pace, rate)
+   end subroutine look_at_tip
 
    !> Whether the errors of the next row need the present values of a tip.
    pure logical function needs_values(problem, tip, values, next_row, dt)
@@ -123,14 +146,15 @@ contains
    !>
    !> At rest J of a tip in a cell is of the place where it acts, K of the place where it is: J is off by what both differ, give or
    !> take the error of K.
-   pure subroutine follow_values(tip, field, time, pace, agree, values)
+   pure subroutine follow_values(tip, field, wave, time, pace, agree, values)
       type(crack_tip_t), intent(in) :: tip
       type(tip_field_t), intent(in) :: field     !! of the tip
+      real(dp), intent(in) :: wave               !! speed of Rayleigh waves there [m/s]
       real(dp), intent(in) :: time               !! [s]
       type(pace_t), intent(in) :: pace
       logical, intent(in) :: agree               !! whether J and K of the field are to be of one G
       type(crack_values_t), intent(inout) :: values
-      real(dp) :: j, spread_of_j, of_k(modes), part(modes), least(modes), apart(modes)
+      real(dp) :: j, spread_of_j, of_k(modes), part(modes), least(modes), apart(modes), late, residual
       integer :: n
       associate (v => values, errors => values%errors, scale => values%errors%with_cells(tip%nodes%spacing))
          do n = 1, size(v%estimates)
@@ -145,16 +169,28 @@ contains
          j = sum(v%j)/size(v%j)
          spread_of_j = maxval(v%j) - minval(v%j) + v%uncertainty_of_j + tip%lost()*abs(j)
          apart = 0                               ! J and the interaction of a tip that grows, which sees where it is
-         if (tip%grown > 0) apart = abs(v%by_fields - v%intensity)
-         call follow(errors%j, j, scale, max(spread_of_j, 2*norm(apart)/max(norm(v%intensity), tiny(j))*abs(j)), time, pace)
+         if (tip%grown > 0) apart = min(1.0_dp, abs(v%by_fields - v%intensity)/max(norm(v%intensity), tiny(j)))
+         call follow_speed(errors, tip%speed, wave, time, pace, apart, late)
+         if (tip%toughness > 0) then             ! by its law G is the toughness: speed, and K by that, are off
+            residual = abs(j - tip%toughness)
+            late = 0
+         else                                    ! J is nearer than the interaction: half of what both differ by
+            residual = norm(apart)*abs(j)
+            apart = apart/2
+         end if
+         apart = norm(v%intensity)*apart
+         call follow(errors%j, j, scale, max(spread_of_j, residual), time, pace)
+         errors%j%now = errors%j%now + late*abs(j)
          part = 0
          if (sum(abs(v%domain)) > 0) part = abs(v%domain)/sum(abs(v%domain))
          if (errors%by_mode .and. .not. field%modes_couple()) then
             call follow(errors%domain, v%domain, scale, spread_of_j*part, time, pace)
             call follow(errors%intensity, v%intensity, scale, max(v%spread_of_k, apart), time, pace)
+            errors%intensity%now = errors%intensity%now + late/2*abs(v%intensity)
          else                                    ! one mode turns into the other, too
             errors%domain%now = 0
             call follow(errors%intensity, norm(v%intensity), scale, max(maxval(v%spread_of_k), apart), time, pace)
+            errors%intensity%now = errors%intensity%now + late/2*norm(v%intensity)
          end if
          of_k = errors%intensity%now
          errors%of_rate = error_of_rate(field, v%intensity, of_k)

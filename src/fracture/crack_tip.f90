@@ -44,6 +44,7 @@ module hampm_crack_tip
       logical :: may_close = .false.             !! whether interface points keep the faces from interpenetrating
       real(dp) :: grown = 0                      !! advance since the start of the run, by dynamic growth [m]
       real(dp) :: speed = 0                      !! at which it grows in motion [m/s]
+      real(dp) :: toughness = 0                  !! to which its G is equal as it runs; 0 where that is not so [J/m2]
       integer :: material = 0                    !! number of its material; with K of an interface of the one above the crack
       integer :: below = 0                       !! and of that below it
       real(dp) :: phase_length = 0               !! reference length of K of an interface; 0 if not measured [m]
@@ -186,6 +187,7 @@ contains
       integer :: n
       call archive%serialise('grown', tip%grown)
       call archive%serialise('speed', tip%speed)
+      call archive%serialise('toughness', tip%toughness)
       call archive%serialise('has_no_domain', tip%has_no_domain)
       n = size(tip%radii)
       call archive%serialise('number_radii', n)

@@ -6,7 +6,8 @@ module hampm_crack_values
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
    use hampm_material, only: material_t
-   use hampm_estimated_errors, only: estimated_errors_t, archive_errors, archive_column, hardly
+   use hampm_estimated_errors, only: estimated_errors_t, arrival_t, archive_errors, archive_column, archive_arrival, &
+                                     hardly
    use hampm_estimator, only: estimator_t, estimate_t, total
    use hampm_tip_domain, only: places_t
    implicit none
@@ -28,6 +29,7 @@ module hampm_crack_values
       logical :: has_left_node = .false.         !! whether the material has carried the tip off the node that some need: NaN
       logical :: moves = .false.                 !! whether there is inertia
       logical :: in_sets = .false.               !! whether samples of waves are taken only some of the time
+      type(arrival_t) :: arrival                 !! of waves, where they are taken so
       logical :: cells_divide = .false.          !! whether cells are divided in motion
       logical :: is_closed = .false.             !! whether faces behind the tip press on each other
       logical :: is_turned = .false.             !! whether they follow from those before a sharp turn (`hampm_turned_tips`)
@@ -192,6 +194,7 @@ contains
       class(archive_t), intent(inout) :: archive
       integer :: k, n
       call archive_errors(values%errors, archive)
+      call archive_arrival(values%arrival, archive)
       call archive%serialise('is_closed', values%is_closed)
       call archive%serialise('is_turned', values%is_turned)
       call archive%archive_reals('domain', modes, values%domain)

@@ -6,8 +6,9 @@ module hampm_estimated_errors
    use hampm_crack_tip_field, only: modes
    implicit none
    private
-   public :: error_t, estimated_errors_t, relative_errors, follow, archive_errors, archive_column, hardly, uncertainty, &
-             recent_t, pace_t, add_recent, needs_sample, waves_of, archive_recent
+   public :: error_t, estimated_errors_t, relative_errors, follow, follow_speed, archive_errors, archive_column, hardly, &
+             uncertainty, recent_t, pace_t, arrival_t, is_new_slot, look_for_arrival, add_recent, needs_sample, waves_of, &
+             archive_recent, archive_arrival
 
    !> Part of the largest value so far of which there is always the relative error: where a value passes through zero, a small
    !> shift in time is an error of the size of its neighbours.
@@ -28,6 +29,7 @@ module hampm_estimated_errors
    integer, parameter :: a_wave = 8              !! slots in that time: a sample is the first value of one
    integer, parameter :: from_set_to_set = 128   !! slots from one set of samples to the next
    integer, parameter :: of_set = 16             !! the first of these, with the samples of a set: steps may be longer than slots
+   real(dp), parameter :: is_new = 2             !! how many times as fast as ever before material at a tip strains as a wave arrives
    real(dp), parameter :: rounding = 1e-6_dp     !! of times, in slots
 
    !> The last samples of a value in motion, which swings with the waves that cells cannot carry. They are taken when time and cells
@@ -36,12 +38,24 @@ module hampm_estimated_errors
       integer :: n = 0
       real(dp) :: time(most_recent) = 0, value(most_recent) = 0 !! [s], and in the unit of the value
       real(dp) :: scatter = 0                    !! of them about a line, twice their standard deviation, in that unit
+      real(dp) :: change = 0                     !! along it, in the time to which fronts of waves are known, in that unit
+   contains
+      procedure :: with_waves
    end type recent_t
+
+   !> When the last wave has arrived that strains material faster than all before it, of which samples tell nothing.
+   type :: arrival_t
+      real(dp) :: slot = 0                       !! number of its slot
+      real(dp) :: last_look = -1                 !! of that of the last look
+      real(dp) :: rate = 0                       !! difference of velocities in a cell then [m/s]
+   end type arrival_t
 
    !> When samples are taken.
    type :: pace_t
       real(dp) :: waves = 0                      !! `waves_of` the cells; 0: never [s]
       logical :: in_sets = .false.               !! whether only some of the time, where nothing else needs values of each step
+      real(dp) :: first = 0                      !! slot from which sets are counted
+      real(dp) :: cells = 0.5_dp                 !! that a shear wave crosses in the time to which fronts of waves are known
    end type pace_t
 
    !> The estimated error of a column.
@@ -62,6 +76,9 @@ module hampm_estimated_errors
       logical :: by_mode = .false.               !! whether each mode has an error of its own
       real(dp) :: of_tip = 1                     !! part of the estimate due to the cells at the tip [-]
       real(dp) :: cell = 0                       !! size of these at the start [m]
+      real(dp) :: time = -1                      !! of the last sample of a tip's speed; below 0: none [s]
+      real(dp) :: speed = 0                      !! that of which domains see waves at that time [m/s]
+      real(dp) :: apart(modes) = 0               !! mean square of what K by J and by fields differ by, over K**2 [-]
    contains
       procedure :: with_cells
    end type estimated_errors_t
@@ -118,7 +135,7 @@ contains
       if (.not. needs_sample) return
       associate (place => place_in_set(time, pace), ahead => slot_of(next_row, pace) - slot_of(time, pace))
          if (pace%in_sets) then
-            needs_sample = place < 1 .or. ahead + place < from_set_to_set + of_set
+            needs_sample = place < 1 .or. ahead + place < slots_of_set(time, pace) + of_set
          else
             needs_sample = ahead <= longest*a_wave .and. min(ahead, anint((next_row - time)/dt)) < most_recent
          end if
@@ -136,11 +153,61 @@ contains
    pure elemental real(dp) function place_in_set(time, pace) result(place)
       real(dp), intent(in) :: time               !! [s]
       type(pace_t), intent(in) :: pace
-      place = mod(slot_of(time, pace), real(from_set_to_set, dp))
+      real(dp) :: first
+      call find_set(time, pace, first, next=place)
+      place = slot_of(time, pace) - pace%first - first
    end function place_in_set
 
-   !> Add a value that is the next sample, and find the scatter of the recent ones; it stays where too few lie within the time in
-   !> which the right value is nearly linear.
+   !> Number of slots from the set of a time to the next.
+   pure elemental real(dp) function slots_of_set(time, pace) result(slots)
+      real(dp), intent(in) :: time               !! [s]
+      type(pace_t), intent(in) :: pace
+      real(dp) :: first
+      call find_set(time, pace, first, slots)
+      slots = slots - first
+   end function slots_of_set
+
+   !> Slots of the set of a time and of the next, from the arrival of a wave on: values settle as it passes, so that early sets are
+   !> close to each other.
+   pure subroutine find_set(time, pace, first, next)
+      real(dp), intent(in) :: time               !! [s]
+      type(pace_t), intent(in) :: pace
+      real(dp), intent(out) :: first, next
+      associate (slot => slot_of(time, pace) - pace%first)
+         first = slot - mod(slot, real(from_set_to_set, dp))
+         next = first + from_set_to_set
+         if (first > 0) return
+         next = of_set
+         do while (next <= slot)
+            first = next
+            next = 2*next
+         end do
+      end associate
+   end subroutine find_set
+
+   !> Whether a time is in another slot than the last look at waves.
+   pure logical function is_new_slot(arrival, time, pace)
+      type(arrival_t), intent(in) :: arrival
+      real(dp), intent(in) :: time               !! [s]
+      type(pace_t), intent(in) :: pace
+      is_new_slot = pace%waves > 0
+      if (is_new_slot) is_new_slot = slot_of(time, pace) > arrival%last_look
+   end function is_new_slot
+
+   !> After a step, look whether a wave has arrived: differences of velocities in the cells at a tip, or along a front.
+   pure subroutine look_for_arrival(arrival, time, pace, rate)
+      type(arrival_t), intent(inout) :: arrival
+      real(dp), intent(in) :: time               !! [s]
+      type(pace_t), intent(in) :: pace
+      real(dp), intent(in) :: rate               !! the largest difference [m/s]
+      arrival%last_look = slot_of(time, pace)
+      if (.not. rate > is_new*arrival%rate) return
+      arrival%rate = rate
+      arrival%slot = arrival%last_look
+   end subroutine look_for_arrival
+
+   !> Add a value that is the next sample, and find the scatter of the recent ones and their change; these stay where too few lie
+   !> within the time in which the right value is nearly linear. Half of what the first ones of a wave differ by is scatter.
    pure elemental subroutine add_recent(recent, time, value, pace)
       type(recent_t), intent(inout) :: recent
       real(dp), intent(in) :: time, value        !! [s]
@@ -148,6 +215,9 @@ contains
       real(dp) :: t(most_recent), y(most_recent), slope
       integer :: n
       if (.not. is_sample(recent, time, pace)) return
+      if (pace%in_sets .and. recent%n > 0) then
+         if (slot_of(recent%time(recent%n), pace) < pace%first) recent = recent_t()
+      end if
       n = count(recent%time(:recent%n) < time)
       if (n == most_recent) then
          recent%time = eoshift(recent%time, 1)
@@ -159,6 +229,8 @@ contains
       recent%time(n) = time
       recent%value(n) = value
       n = count(recent%time(:n) >= time - longest*pace%waves)
+      if (pace%in_sets .and. recent%n < least_recent) recent%scatter = (maxval(recent%value(:recent%n)) &
+                                                                        - minval(recent%value(:recent%n)))/2
       if (n < least_recent) return
       t(:n) = recent%time(recent%n - n + 1:recent%n)
       y(:n) = recent%value(recent%n - n + 1:recent%n)
@@ -166,9 +238,19 @@ contains
       y(:n) = y(:n) - sum(y(:n))/n
       slope = dot_product(t(:n), y(:n))/dot_product(t(:n), t(:n))
       recent%scatter = 2*sqrt(sum((y(:n) - slope*t(:n))**2)/(n - 2))
+      recent%change = abs(slope)*pace%cells*pace%waves/cells_of_waves
    end subroutine add_recent
 
-   !> Follow a value: its error is a part of it, or of the largest so far, and at least `least`; in motion plus the scatter.
+   !> The error of a value in motion: that of the cells, at least what it changes in the time to which they know fronts of waves; and
+   !> the waves that they cannot carry, which are independent of it.
+   pure elemental real(dp) function with_waves(self, of_cells) result(error)
+      class(recent_t), intent(in) :: self
+      real(dp), intent(in) :: of_cells           !! in the unit of the value
+      error = of_cells
+      if (max(self%change, self%scatter) > 0) error = hypot(max(of_cells, self%change), self%scatter)
+   end function with_waves
+
+   !> Follow a value: its error is a part of it, or of the largest so far, and at least `least`; in motion with waves.
    pure elemental subroutine follow(error, value, scale, least, time, pace)
       type(error_t), intent(inout) :: error
       real(dp), intent(in) :: value              !! in the unit of the column, as the next but one
@@ -180,10 +262,34 @@ contains
       counts = .not. pace%in_sets
       if (.not. counts .and. is_sample(error%recent, time, pace)) counts = place_in_set(time, pace) < 1
       if (counts) error%largest = max(error%largest, abs(value))
-      error%now = max(scale*error%relative*max(abs(value), floor_of_values*error%largest), least)
       call add_recent(error%recent, time, value, pace)
-      error%now = error%now + error%recent%scatter
+      error%now = error%recent%with_waves(max(scale*error%relative*max(abs(value), floor_of_values*error%largest), least))
    end subroutine follow
+
+   !> Follow the speed of a tip, and what K by J and by the fields of its speed differ by. Domains see its waves late, about as shear
+   !> waves cross three cells: the part of G by which they are off, as G is nearly 1 - v/c of that at rest (Freund 1990, section
+   !> 6.4).
+   pure subroutine follow_speed(errors, speed, wave, time, pace, apart, late)
+      type(estimated_errors_t), intent(inout) :: errors
+      real(dp), intent(in) :: speed, wave        !! of the tip, and of Rayleigh waves [m/s]
+      real(dp), intent(in) :: time               !! [s]
+      type(pace_t), intent(in) :: pace
+      real(dp), intent(inout) :: apart(modes)    !! difference of both K over K; then the root of its mean square of late [-]
+      real(dp), intent(out) :: late              !! the part of G [-]
+      real(dp), parameter :: slower = 0.999_dp, cells = 3
+      real(dp) :: kept, seen, square(modes)
+      kept = 0
+      if (errors%time >= 0 .and. pace%waves > 0) kept = exp(-(time - errors%time)*cells_of_waves/(cells*pace%waves))
+      seen = kept*errors%speed + (1 - kept)*min(speed, slower*wave)
+      square = kept*errors%apart + (1 - kept)*apart**2
+      if (is_sample(errors%j%recent, time, pace)) then
+         errors%time = time
+         errors%speed = seen
+         errors%apart = square
+      end if
+      late = abs((wave - min(speed, slower*wave))/(wave - seen) - 1)
+      apart = sqrt(square)
+   end subroutine follow_speed
 
    !> Factor of the initial relative errors with the present cells at the tip [-].
    pure real(dp) function with_cells(self, cell) result(scale)
@@ -202,6 +308,9 @@ contains
       call archive%serialise('j_relative', errors%j%relative)
       call archive%serialise('j_largest', errors%j%largest)
       call archive_recent(errors%j%recent, 'j', archive)
+      call archive%serialise('time_of_speed', errors%time)
+      call archive%serialise('speed_seen', errors%speed)
+      call archive%archive_reals('apart', modes, errors%apart)
       call archive%serialise('of_tip', errors%of_tip)
       call archive%serialise('error_cell', errors%cell)
       call archive%serialise('errors_are_known', errors%are_known)
@@ -230,5 +339,15 @@ contains
       call archive%archive_reals(name//'_times', most_recent, recent%time)
       call archive%archive_reals(name//'_values', most_recent, recent%value)
       call archive%serialise(name//'_scatter', recent%scatter)
+      call archive%serialise(name//'_change', recent%change)
    end subroutine archive_recent
+
+   !> Keep when a wave has arrived.
+   subroutine archive_arrival(arrival, archive)
+      type(arrival_t), intent(inout) :: arrival
+      class(archive_t), intent(inout) :: archive
+      call archive%serialise('arrival', arrival%slot)
+      call archive%serialise('last_look', arrival%last_look)
+      call archive%serialise('rate_at_arrival', arrival%rate)
+   end subroutine archive_arrival
 end module hampm_estimated_errors

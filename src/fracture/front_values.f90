@@ -9,7 +9,8 @@ module hampm_front_values
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: identity, norm
    use hampm_archive, only: archive_t
-   use hampm_estimated_errors, only: recent_t, pace_t, add_recent, needs_sample, waves_of, archive_recent
+   use hampm_estimated_errors, only: recent_t, pace_t, arrival_t, is_new_slot, look_for_arrival, add_recent, needs_sample, &
+                                     waves_of, archive_recent, archive_arrival
    use hampm_front, only: front_t, room_of
    use hampm_front_closure, only: closure_rates
    use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, cell_at
@@ -17,16 +18,14 @@ module hampm_front_values
    use hampm_loads, only: factors_at
    use hampm_material, only: are_of_one
    use hampm_nodal_state, only: nodal_state_t
-   use hampm_openings, only: opening_at
+   use hampm_openings, only: opening_at, velocity_range_at
    use hampm_problem, only: problem_t
    use hampm_snapshots, only: piece_t, add_field, vtk_line
    use hampm_text, only: to_text
    implicit none
    private
-   public :: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, needs_front, record_front, &
-             mean_rate, &
-             front_fields, jumps_behind, &
-             part_along, between_hats, parts_of, place_hats
+   public :: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, look_at_front, &
+             needs_front, record_front, mean_rate, front_fields, jumps_behind, part_along, between_hats, parts_of, place_hats
 
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
@@ -45,6 +44,7 @@ module hampm_front_values
       real(dp) :: mean_error = 0                 !! of the mean of G [J/m2]
       type(recent_t) :: of_mean                  !! recent means of G, in motion
       type(recent_t), allocatable :: of_hats(:)  !! the same by hat
+      type(arrival_t) :: arrival                 !! of waves
    end type measured_t
 
    !> That, and where it was measured.
@@ -143,6 +143,7 @@ contains
          call archive%archive_reals('closure_error', front_modes*hats, values(k)%closure_error)
          call archive%archive_reals('closure_mean_error', front_modes, values(k)%closure_mean_error)
          call archive_recent(values(k)%of_mean, 'mean', archive)
+         call archive_arrival(values(k)%arrival, archive)
          do i = 1, hats
             call archive_recent(values(k)%of_hats(i), 'hat_'//to_text(i), archive)
          end do
@@ -290,6 +291,29 @@ contains
       call add_recent(values%of_hats, problem%state%time, values%g, pace)
    end subroutine find_scatter
 
+   !> After a step, look whether a wave has arrived at a front.
+   pure subroutine look_at_front(problem, in_sets, values)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: in_sets             !! as in `pace_t`
+      type(front_values_t), intent(inout) :: values
+      type(pace_t) :: pace
+      real(dp) :: rate
+      integer :: i, side
+      if (values%has_ended .or. .not. in_sets) return
+      pace = pace_of(problem, in_sets, values)
+      if (.not. is_new_slot(values%arrival, problem%state%time, pace)) return
+      rate = 0
+      associate (front => values%domain%front)
+         do i = 1, front%n()
+            do side = -1, 1, 2
+               rate = max(rate, velocity_range_at(problem, front%at(:, i) &
+                                                  + side*problem%grid%finest_cell/4*identity(:, front%axis)))
+            end do
+         end do
+      end associate
+      call look_for_arrival(values%arrival, problem%state%time, pace, rate)
+   end subroutine look_at_front
+
    !> Whether the errors of the next row need the present values along a front.
    pure logical function needs_front(problem, in_sets, values, next_row, dt)
       type(problem_t), intent(in) :: problem
@@ -307,6 +331,8 @@ contains
       logical, intent(in) :: in_sets
       type(front_values_t), intent(in) :: values
       pace%in_sets = in_sets
+      pace%first = values%arrival%slot
+      if (problem%grid%planes(values%domain%front%crack)%moves) pace%cells = 1
       pace%waves = waves_of(cell_at(values%domain%front, problem), problem%materials(values%domain%material)%shear_wave_speed())
    end function pace_of
 
@@ -570,7 +596,7 @@ contains
       part_of_modes = part_of_modes/max(sum(abs(part_of_modes)), tiny(1.0_dp))
       history%is_of_none = values%has_ended
       call history%record('G_mean', 'J/m2', 'energy release rate, mean along the front', mean_rate(values))
-      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%mean_error + values%of_mean%scatter)
+      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%of_mean%with_waves(values%mean_error))
       call history%record('G_largest', 'J/m2', 'largest energy release rate along the front', maxval(values%g))
       call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, mean along the front', &
                                 matmul(values%k(:last, :), parts_of(values)))
@@ -579,13 +605,13 @@ contains
          call history%record_along_front('xyz'(d:d), 'm', 'place on the front', values%at(d, :))
       end do
       call history%record_along_front('G', 'J/m2', 'energy release rate', values%g)
-      call history%record_along_front('G_error', 'J/m2', 'estimated error of it', values%g_error + values%of_hats%scatter)
+      call history%record_along_front('G_error', 'J/m2', 'estimated error of it', values%of_hats%with_waves(values%g_error))
       do d = 1, last
          associate (name => 'K_'//repeat('I', d))
             call history%record_along_front(name, 'Pa m^0.5', 'stress intensity factor, mode '//repeat('I', d), values%k(d, :))
             call history%record_along_front(name//'_error', 'Pa m^0.5', 'estimated error of it', values%k_error(d, :) + &
-                                            abs(values%k(d, :))*values%of_hats%scatter &
-                                            /max(2*values%g, values%of_hats%scatter, tiny(1.0_dp)))
+                                            abs(values%k(d, :))*values%of_hats%with_waves(0.0_dp) &
+                                            /max(2*values%g, values%of_hats%with_waves(0.0_dp), tiny(1.0_dp)))
          end associate
       end do
       if (values%by_closure) then
@@ -593,14 +619,14 @@ contains
             call history%record_modes('G_vcct_', 'J/m2', closed//', mean along the front', &
                                       matmul(values%closure(:modes, :), parts_of(values)))
             call history%record_modes('G_vcct_', 'J/m2', 'estimated error of that', values%closure_mean_error(:modes) + &
-                                      values%of_mean%scatter*abs(part_of_modes(:modes)), &
+                                      values%of_mean%with_waves(0.0_dp)*abs(part_of_modes(:modes)), &
                                       behind='_error')
          end associate
          do d = 1, merge(1, front_modes, values%domain%front%is_symmetry)
             associate (name => 'G_vcct_'//repeat('I', d))
                call history%record_along_front(name, 'J/m2', closed//', mode '//repeat('I', d), values%closure(d, :))
                call history%record_along_front(name//'_error', 'J/m2', 'estimated error of it', values%closure_error(d, :) &
-                                               + values%of_hats%scatter*abs(values%closure(d, :)) &
+                                               + values%of_hats%with_waves(0.0_dp)*abs(values%closure(d, :)) &
                                                /max(sum(abs(values%closure), dim=1), tiny(1.0_dp)))
             end associate
          end do

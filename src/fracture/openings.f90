@@ -11,6 +11,7 @@ module hampm_openings
    use hampm_face_jumps, only: faces, faces_at, place_of_faces_t, place_between
    use hampm_front_integral, only: front_domain_t
    use hampm_grid, only: grid_t
+   use hampm_nodal_fields, only: v_next
    use hampm_face_slopes, only: extend_opening
    use hampm_particles, only: particles_t
    use hampm_patch, only: patch_t, patch_of_face, fitted_displacement
@@ -19,7 +20,7 @@ module hampm_openings
    use hampm_tensors, only: norm, identity, quarter_turn
    implicit none
    private
-   public :: opening_at, in_modes
+   public :: opening_at, in_modes, velocity_range_at
 
    interface opening_at
       module procedure at_nodes, at_place, beside_front
@@ -141,6 +142,19 @@ contains
          if (cut%is_symmetry) opening = 2*dot_product(opening, across)*across
       end associate
    end function beside_front
+
+   !> Largest range of a component of the velocity over the nodes of the element at a place, 0 outside [m/s].
+   pure real(dp) function velocity_range_at(problem, x) result(range)
+      type(problem_t), intent(in) :: problem
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      range = 0
+      associate (e => problem%grid%element_at(x))
+         if (e == 0) return
+         associate (v => problem%fields%velocity(:, problem%grid%support_of(e), v_next))
+            range = maxval(maxval(v, dim=2) - minval(v, dim=2))
+         end associate
+      end associate
+   end function velocity_range_at
 
    !> At a kink of a line, average the normals of both parts: the order of the parts must not matter.
    pure subroutine halve_kink(grid, line, point, cell, normal)

@@ -309,6 +309,9 @@ contains
                call try_advance(growing, m, cracks, k, dt, most(k), taken)
             end if
             m%energies%fracture_energy = m%energies%fracture_energy + taken
+            tip%toughness = 0
+            if (tip%speed > 0 .and. .not. of%law%gives_speed()) &
+               tip%toughness = of%toughness_at(growing%advance_of(model, cracks, k))
             if (tip%grown > grown) then
                if (growing%points(k)%onset < 0) growing%points(k)%onset = time
                growing%points(k)%last_motion = time + dt

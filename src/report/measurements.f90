@@ -10,7 +10,7 @@ module hampm_measurements
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
-   use hampm_crack_measurements, only: measure_crack, needs_values, record_crack
+   use hampm_crack_measurements, only: measure_crack, look_at_tip, needs_values, record_crack
    use hampm_crack_placement, only: body_at, distance_in_material
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t, best_t, new_crack_values, keep_crack_values
@@ -25,7 +25,7 @@ module hampm_measurements
    use hampm_static_growth, only: has_held_drive
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
    use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, &
-                                 needs_front, jumps_behind, record_front, mean_rate
+                                 look_at_front, needs_front, jumps_behind, record_front, mean_rate
    use hampm_history, only: history_t
    use hampm_joints, only: groups_of_bodies, velocity_fields_of
    use hampm_loads, only: load_t
@@ -43,7 +43,7 @@ module hampm_measurements
    private
    public :: measurements_t, new_measurements, renew_fronts, note_initial_energy, rebuild_extrapolation, measure, measure_tips, &
              has_measured_tips, take_row, declare_columns, energy_residual, archive_measurements, dcb_energy_release_rate, &
-             chi_foundation, have_errors, part_of_rate, need_sample, follow_waves
+             chi_foundation, have_errors, part_of_rate, look_for_waves, need_sample, follow_waves
 
    real(dp), parameter :: chi_foundation = 2.0_dp/3.0_dp  !! chi of a beam on an elastic foundation, isotropic material
 
@@ -371,6 +371,23 @@ contains
       type(measurements_t), intent(in) :: m
       has_measured_tips = m%steps == problem%state%steps .and. m%layout == problem%blocks%layout
    end function has_measured_tips
+
+   !> After an explicit step, look whether waves have arrived at tips or fronts, whichever rows there are.
+   pure subroutine look_for_waves(model, problem, cracks, m)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(in) :: problem
+      type(cracks_t), intent(in) :: cracks
+      type(measurements_t), intent(inout) :: m
+      logical, parameter :: in_sets = .true.
+      integer :: k
+      if (model%method%time /= 'explicit') return
+      do k = 1, size(m%crack)
+         call look_at_tip(problem, cracks%tips(k), m%crack(k))
+      end do
+      do k = 1, size(m%fronts)
+         call look_at_front(problem, in_sets, m%fronts(k))
+      end do
+   end subroutine look_for_waves
 
    !> Whether the errors of the next row need the present values of tips or fronts.
    pure logical function need_sample(model, problem, cracks, m, next_row, dt)

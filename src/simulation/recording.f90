@@ -12,7 +12,7 @@ module hampm_recording
    use hampm_growth_points, only: book_rate, must_book
    use hampm_run_time_checks, only: check_state, check_tip, check_faces, check_modes, check_normals, check_rest
    use hampm_measurements, only: take_row, declare_columns, energy_residual, measure_tips, has_measured_tips, have_errors, &
-                                  need_sample, follow_waves
+                                  look_for_waves, need_sample, follow_waves
    use hampm_nodal_fields, only: nodal_fields_t
    use hampm_particles, only: particles_t
    use hampm_problem, only: update_particles
@@ -123,6 +123,7 @@ contains
       integer :: k
       if (failure%failed()) return
       s%measurements%indicator = s%refinement%value
+      call look_for_waves(s%model, s%problem, s%cracks, s%measurements)
       call measure_state(s, failure)
       if (failure%failed()) return
       call book_growth(s)
@@ -155,6 +156,7 @@ contains
       logical :: were_behind, has_measured
       if (failure%failed()) return
       has_measured = has_measured_tips(s%problem, s%measurements)
+      call look_for_waves(s%model, s%problem, s%cracks, s%measurements)
       if (.not. s%integrator%ends_at_rows) then
          if (.not. has_measured .and. (any(s%measurements%crack%errors%are_known) .or. s%growing%are_there() .or. &
                                        size(s%measurements%fronts) > 0 .and. .not. s%integrator%is_static)) &
