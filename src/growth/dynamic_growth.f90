@@ -3,7 +3,7 @@
 !> itself. There cells are cut anew, at the angle that the mode mix gives.
 module hampm_dynamic_growth
    use hampm_kinds, only: dp, long, ndim
-   use hampm_nodal_release, only: fail_behind
+   use hampm_nodal_release, only: fail_behind, scale_failing
    use hampm_crack_values, only: crack_values_t
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_crack_tip, only: crack_tip_t
@@ -368,7 +368,9 @@ contains
    end function largest_advances
 
    !> Advance a tip by its toughness: in explicit steps at its speed (`hampm_equation_of_motion`), in implicit ones by a trial
-   !> advance (`hampm_advance_search`). Cohesive points fail behind it as for a given speed.
+   !> advance (`hampm_advance_search`). Cohesive points fail behind it as for a given speed. While it rests their forces follow K
+   !> as waves settle, as stresses around it do: what has failed in part would else yield to a load that rises, and the tip run on
+   !> for nothing.
    subroutine try_advance(growing, m, cracks, k, dt, most, taken)
       type(growing_t), intent(inout) :: growing
       type(problem_t), intent(inout) :: m
@@ -377,7 +379,8 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: most               !! that it may move [m]
       real(dp), intent(out) :: taken             !! stored energy of bonded points that fail [J]
-      real(dp) :: way, further, work
+      real(dp), parameter :: least = 1e-3_dp     ! part of G to which forces follow it: they could not rise from 0
+      real(dp) :: way, further, work, factor
       associate (tip => cracks%tips(k), wave => rayleigh_speed(m%materials(cracks%tips(k)%material_in(m%materials))))
          way = min(growing%points(k)%trial, wave*dt, most)
          growing%points(k)%is_held = way < growing%points(k)%trial .and. &
@@ -391,6 +394,15 @@ contains
             growing%points(k)%unloading_length = growing%points(k)%unloading_length + wave*dt
             further = growing%points(k)%unloading_length
          end if
+         associate (point => growing%points(k))
+            if (way > 0 .or. tip%has_ended) then
+               point%driving_of_forces = point%driving
+            else if (point%driving > least*point%driving_of_forces .and. point%driving_of_forces > 0) then
+               factor = 1 + (point%driving/point%driving_of_forces - 1)*(1 - exp(-dt/(settling/late*point%memory)))
+               call scale_failing(m%interfaces, k, sqrt(factor))
+               point%driving_of_forces = factor*point%driving_of_forces
+            end if
+         end associate
          call fail_behind(m%interfaces, k, tip%grown + lead_of(tip) + further, 0.0_dp, taken, work)
          growing%points(k)%work = growing%points(k)%work + work
       end associate
@@ -555,6 +567,7 @@ contains
                   if (values(k)%is_turned) point%lagged_speed = speed
                end if
                point%excess = excess_of(rate, next(k)%toughness, speed, point%lagged_speed, wave)
+               point%driving = (1 + point%excess)*next(k)%toughness
                if (is_first) point%lagged_excess = point%excess
                point%lagged_excess = point%excess + (point%lagged_excess - point%excess)*exp(-since*material%shear_wave_speed()/ &
                                                                                              (settling*cell))

@@ -69,6 +69,8 @@ module hampm_growing
       logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
       real(dp) :: speed = 0                      !! of the same: recent speed [m/s]
       real(dp) :: lagged_speed = 0               !! that to which its measured G belongs [m/s]
+      real(dp) :: driving = 0                    !! G at its speed, of law = toughness, last measured [J/m2]
+      real(dp) :: driving_of_forces = 0          !! that to which the forces of failing points belong [J/m2]
       real(dp) :: share = 1                      !! of J that its faces take, where material dissipates [-]
       real(dp) :: work = 0                       !! of failing points, of its crack, since the last search for speeds [J]
       real(dp) :: ahead = 0                      !! all work of these over the toughness, less its way [m]
@@ -664,6 +666,8 @@ contains
       call archive%archive_reals('lagged_speed', n, growing%points%lagged_speed)
       call archive%archive_reals('excess', n, growing%points%excess)
       call archive%archive_reals('lagged_excess', n, growing%points%lagged_excess)
+      call archive%archive_reals('driving', n, growing%points%driving)
+      call archive%archive_reals('driving_of_forces', n, growing%points%driving_of_forces)
       call archive%archive_reals('share', n, growing%points%share)
       call archive%archive_reals('work_of_points', n, growing%points%work)
       call archive%archive_reals('ahead', n, growing%points%ahead)

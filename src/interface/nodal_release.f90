@@ -8,11 +8,12 @@
 module hampm_nodal_release
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
-   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, releasing, along, force_of, energy_of, pulls
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, releasing, along, force_of, energy_of, pulls, &
+                                     is_softening
    use hampm_interface_placement, only: release_length
    implicit none
    private
-   public :: fail_behind, work_of_release, holds_on
+   public :: fail_behind, scale_failing, work_of_release, holds_on
 
 contains
 
@@ -43,6 +44,19 @@ contains
       end do
       if (present(work)) work = work + taken
    end subroutine fail_behind
+
+   !> Scale the forces of the failing points behind a tip.
+   pure subroutine scale_failing(interfaces, tip, factor)
+      type(interfaces_t), intent(inout) :: interfaces
+      integer, intent(in) :: tip                 !! its number
+      real(dp), intent(in) :: factor             !! [-]
+      integer :: k
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            if (point%tip == tip .and. is_softening(point)) point%initial_force = factor*point%initial_force
+         end associate
+      end do
+   end subroutine scale_failing
 
    !> A bonded point with the opening that had the force of the last step: its own oscillates about that.
    pure function as_felt(point, at_end) result(felt)
