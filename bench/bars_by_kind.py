@@ -230,12 +230,12 @@ def motion(seeds=range(900, 912)):
         start, given = arrival + draw.uniform(0.15, 0.5) * half / fast, draw.uniform(0.05, 0.65) * wave
         end = arrival + (1.9 if law == "rest" else 1.5) * half / fast
         stop = start + 0.4 * (end - start) if law == "stops" else end
-        at_rest = lambda t, c=half / arrival, a=arrival, s=stress: 2 * s * np.sqrt(2 * shear**2 * np.maximum(t - a, 0) / (c * pi * (1 - ratio)))
+        at_rest = lambda t, c=half / arrival, a=arrival, s=2 * stress * shear * sqrt(2 / pi / (1 - ratio)): s * np.sqrt(np.maximum(t - a, 0) / c)
         toughness = float(at_rest(np.array(start))**2 / modulus)
 
         def speed_at(t, law=law, start=start, stop=stop, given=given, toughness=toughness, at_rest=at_rest, modulus=modulus, g=share * k**2, speeds=speeds):
             if law == "toughness":
-                return np.where(t > start, np.interp(toughness * modulus / np.maximum(at_rest(t)**2, 1e-300), g[::-1], speeds[::-1]), 0.0)
+                return np.where(t > start, np.interp(toughness * modulus / np.maximum(at_rest(t)**2, toughness * modulus), g[::-1], speeds[::-1]), 0.0)
             return np.where((t > start) & (t < stop) & (law != "rest"), given, 0.0)
 
         def right(row, power, of_speed, speed_at=speed_at, at_rest=at_rest, speeds=speeds, modulus=modulus):

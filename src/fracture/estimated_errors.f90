@@ -29,7 +29,7 @@ module hampm_estimated_errors
    integer, parameter :: a_wave = 8              !! slots in that time: a sample is the first value of one
    integer, parameter :: from_set_to_set = 128   !! slots from one set of samples to the next
    integer, parameter :: of_set = 16             !! the first of these, with the samples of a set: steps may be longer than slots
-   real(dp), parameter :: is_new = 2             !! how many times as fast as ever before material at a tip strains as a wave arrives
+   real(dp), parameter :: is_new = 2             !! times the fastest strain at a tip before, as a wave arrives
    real(dp), parameter :: rounding = 1e-6_dp     !! of times, in slots
 
    !> The last samples of a value in motion, which swings with the waves that cells cannot carry. They are taken when time and cells
@@ -241,8 +241,8 @@ contains
       recent%change = abs(slope)*pace%cells*pace%waves/cells_of_waves
    end subroutine add_recent
 
-   !> The error of a value in motion: that of the cells, at least what it changes in the time to which they know fronts of waves; and
-   !> the waves that they cannot carry, which are independent of it.
+   !> The error of a value in motion: that of the cells, at least what it changes in the time to which they know fronts of waves;
+   !> and the waves that they cannot carry, which are independent of it.
    pure elemental real(dp) function with_waves(self, of_cells) result(error)
       class(recent_t), intent(in) :: self
       real(dp), intent(in) :: of_cells           !! in the unit of the value
@@ -266,9 +266,9 @@ contains
       error%now = error%recent%with_waves(max(scale*error%relative*max(abs(value), floor_of_values*error%largest), least))
    end subroutine follow
 
-   !> Follow the speed of a tip, and what K by J and by the fields of its speed differ by. Domains see its waves late, about as shear
-   !> waves cross three cells: the part of G by which they are off, as G is nearly 1 - v/c of that at rest (Freund 1990, section
-   !> 6.4).
+   !> Follow the speed of a tip, and what K by J and by the fields of its speed differ by. Domains see its waves late, about as
+   !> shear waves cross three cells: the part of G by which they are off, as G is nearly 1 - v/c of that at rest (Freund 1990,
+   !> section 6.4).
    pure subroutine follow_speed(errors, speed, wave, time, pace, apart, late)
       type(estimated_errors_t), intent(inout) :: errors
       real(dp), intent(in) :: speed, wave        !! of the tip, and of Rayleigh waves [m/s]

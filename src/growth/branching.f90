@@ -36,7 +36,7 @@ contains
       type(advance_t), intent(in) :: advance     !! of the tip
       real(dp), intent(in) :: rate               !! its energy release rate [J/m2]
       type(branching_t) :: criteria
-      real(dp), parameter :: least = 1e-6_dp     ! of g(v), which is 0 at the speed of Rayleigh waves
+      real(dp), parameter :: least = 0.1_dp      ! of G at rest that cells leave at the speed of Rayleigh waves, where g(v) is 0
       type(advance_t) :: standing
       criteria%speed = tip%speed/rayleigh_speed(material)
       criteria%angle = hoop_angle(material, tip%speed)

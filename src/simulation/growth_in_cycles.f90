@@ -67,22 +67,44 @@ contains
       else if (have_arrested) then
          call add_line(s%warning, 'the run ends before end_time, as tips arrest within the next increment: their range of K '// &
                        'falls to the threshold')
-      else if (s%growing%fatigue%cycles - before < 1) then
-         call tell_fast_growth()
+      else
+         call look_at_rate()
       end if
 
    contains
 
-      !> Warn once that an increment took less than a cycle: no law of cycles there, or its constants are for other units.
-      subroutine tell_fast_growth()
-         character(*), parameter :: fast = 'an increment of growth has taken less than one load cycle'
-         if (index(s%warning, fast) > 0) return
-         call add_line(s%warning, s%problem%state%when()//fast//', '//three_digits(s%growing%fatigue%cycles - before)// &
-                       ' of it for '//three_digits(maxval(ways))//' m, where K is '// &
-                       three_digits(sqrt(maxval(sum(s%growing%fatigue%at(:modes, 1, :)**2, dim=1))))// &
-                       ' Pa m^0.5: the law of growth is not for such K. Likely cause: &growth rate_constant is for K in '// &
-                       'MPa m^0.5 or ways in mm, not in Pa m^0.5 and m; or loads are too large')
-      end subroutine tell_fast_growth
+      !> Warn once of an increment that took less than a cycle, and of a first one that took so few that a tip went on by more than
+      !> it opens in a cycle, K**2/(4 E yield stress), or so many that no test has lasted as long: it is not for a law of cycles, or
+      !> its constants are for other units.
+      subroutine look_at_rate()
+         character(*), parameter :: increment = 'an increment of growth has taken '
+         real(dp), parameter :: softest = 1e3_dp  ! metal: modulus over yield stress
+         real(dp), parameter :: most = 1e12_dp    ! cycles
+         character(:), allocatable :: why
+         real(dp) :: k, opening
+         integer :: j
+         if (index(s%warning, increment) > 0) return
+         k = sqrt(maxval(sum(s%growing%fatigue%at(:modes, 1, :)**2, dim=1)))
+         opening = softest/4*(k/minval([(s%problem%materials(j)%plane_modulus(), j=1, size(s%problem%materials))]))**2
+         associate (cycles => s%growing%fatigue%cycles - before)
+            if (cycles < 1) then
+               why = 'less than one load cycle, '//three_digits(cycles)//' of it'
+            else if (before > 0) then
+               return
+            else if (maxval(ways) > opening*cycles) then
+               why = 'no more than '//three_digits(cycles)// &
+                     ' load cycles, in each of which a tip went on by more than it opens in metals'
+            else if (cycles > most) then
+               why = three_digits(cycles)//' load cycles, more than any test'
+            else
+               return
+            end if
+         end associate
+         call add_line(s%warning, s%problem%state%when()//increment//why//', for '//three_digits(maxval(ways))// &
+                       ' m, where K is '//three_digits(k)//' Pa m^0.5: the law of growth is not for such K. Likely cause: '// &
+                       '&growth rate_constant is for K in MPa m^0.5 or ways in mm, not in Pa m^0.5 and m; or loads are not '// &
+                       'those of the law')
+      end subroutine look_at_rate
 
       !> Count the cycles at points of fronts: at their present places, once these are evenly spaced again.
       subroutine follow_points()

@@ -238,3 +238,29 @@ def test_a_kink_with_its_t_stress(hampm, along):
     print(found)
     assert 1.1 < found["true"] < 1.16
     assert along > 0 or found["false"] < 0.65
+
+
+def test_the_energy_to_branch_is_bounded_at_the_speed_of_rayleigh_waves(hampm):
+    """A crack under a plane wave by a toughness that no speed meets. G of a tip at rest is K(t, 0)**2/E' (Freund); g(v) is 0 at the speed of Rayleigh waves, where cells leave a tenth of G: G/g(v)
+    was 1e4 times that."""
+    density, way, toughness = 5000.0, 10e-3, 1e-4
+    fast = math.sqrt(199.992e9 / 2.6 / density) * 1.87082869339
+    row = run(hampm, f"""&run plane = 'strain'  end_time = {2.2 * way / fast} /
+&grid lower = {-way}, {-way - 0.4e-3}  cell = 0.4e-3  cells = 50, 52 /
+&material name = 's'  young = 199.992e9  poisson = 0.3  density = {density} /
+&body material = 's'  lower = {-way}, {-way}  upper = {way}, {way} /
+&constraint lower = {-way}, {-way}  upper = {-way}, {way}  fix = 'x' /
+&constraint lower = {way}, {-way}  upper = {way}, {way}  fix = 'x' /
+&load kind = 'traction'  lower = {-way}, {way}  upper = {way}, {way}  force = 0, 10e3 /
+&load kind = 'traction'  lower = {-way}, {-way}  upper = {way}, {-way}  force = 0, -10e3 /
+&method mass = 'weighted' /
+&crack kind = 'path'  points = {-way}, 0, 0, 0 /
+&growth law = 'toughness'  toughness = {toughness}  direction = 'straight' /
+&energy_release estimators = 'domain_integral' /
+""")
+    late = row["time"] > 1.6 * way / fast
+    at_rest = (2e6 / 0.7 * np.sqrt(fast * (row["time"][late] - way / fast) * 0.4 / math.pi))**2 * 0.91 / 199.992e9
+    ratio = row["branching_energy"][late] * 2 * toughness / at_rest
+    print(np.min(row["speed_ratio"][late]), np.min(ratio), np.max(ratio))
+    assert np.min(row["speed_ratio"][late]) > 0.93
+    assert 0.7 < np.min(ratio) and np.max(ratio) < 1.4
