@@ -301,6 +301,7 @@ contains
       integer :: i, side
       if (values%has_ended .or. .not. in_sets) return
       pace = pace_of(problem, in_sets, values)
+      if (.not. pace%in_sets) return
       if (.not. is_new_slot(values%arrival, problem%state%time, pace)) return
       rate = 0
       associate (front => values%domain%front)
@@ -330,9 +331,11 @@ contains
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: in_sets
       type(front_values_t), intent(in) :: values
-      pace%in_sets = in_sets
+      associate (moves => problem%grid%planes(values%domain%front%crack)%moves)
+         pace%in_sets = in_sets .and. .not. moves
+         if (moves) pace%cells = 1
+      end associate
       pace%first = values%arrival%slot
-      if (problem%grid%planes(values%domain%front%crack)%moves) pace%cells = 1
       pace%waves = waves_of(cell_at(values%domain%front, problem), problem%materials(values%domain%material)%shear_wave_speed())
    end function pace_of
 
