@@ -17,7 +17,7 @@ module hampm_crack_errors
    use hampm_stiffness, only: stiffness_t
    use hampm_tip_domain, only: fields_at
    use hampm_tip_measurements, only: estimate_rates, measure_domain
-   use hampm_missing_energy, only: missing_energies, displace
+   use hampm_missing_energy, only: missing_energies, particles_near, displace
    implicit none
    private
    public :: estimate_errors
@@ -186,24 +186,33 @@ contains
       real(dp) :: k(modes), k_there(modes), k_here(modes), j, j_there, j_here
       real(dp) :: of_k(modes), of_j, far(modes), far_of_j
       real(dp) :: off_of_j(modes), off_of_k(modes)
-      real(dp) :: distance
+      real(dp) :: distance(size(tips))
+      logical :: has_moved(size(static_tips%moved, 3))
       type(crack_values_t) :: found(2)           ! with the tip sought at its own place, and beside it
       type(particles_t) :: p
       type(tip_field_t) :: field(2)
+      integer, allocatable :: near(:)            ! particles whose displacement counts
       integer :: t, d
       allocate (found(1)%j(1), found(2)%j(1))
       of_k = 0
       of_j = 0
       associate (h => tips(number)%nodes%spacing)
+         near = particles_near(problem, tips(number)%now, disc_of_shifts(tips(number)) + h/2)
          call find(0.0_dp*static_tips%moved(:, :, 1), no_shift, k, j)
+         do d = 1, size(tips)
+            distance(d) = norm(tips(d)%place - tips(number)%place)
+         end do
+         has_moved = .false.
+         has_moved(static_tips%group(number)) = .true. ! with itself
          do t = 1, size(tips)
-            distance = norm(tips(t)%place - tips(number)%place)
-            if (count([(norm(tips(d)%place - tips(number)%place) < distance, d=1, size(tips))]) > most_others) cycle
+            if (count(distance < distance(t)) > most_others) cycle
+            if (t /= number .and. has_moved(static_tips%group(t))) cycle
+            has_moved(static_tips%group(t)) = .true.
             call place_of_tip(problem, tips(t), off_of_j, off_of_k)
             off_of_j = off_of_j*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii))) ! few cells
             off_of_k = off_of_k*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii)))
-            call find(h*static_tips%moved(:, :, t), no_shift, k_there, j_there)
-            call find(-h*static_tips%moved(:, :, t), no_shift, k_here, j_here)
+            call find(h*static_tips%moved(:, :, static_tips%group(t)), no_shift, k_there, j_there)
+            call find(-h*static_tips%moved(:, :, static_tips%group(t)), no_shift, k_here, j_here)
             of_j = of_j + sum(off_of_j*k**2)/max(sum(k**2), tiny(j))*abs(j_there - j_here)/2
             k_there = k_there - k_here
             if (t == number .and. tips(t)%nodes%in_cell) then
@@ -244,7 +253,7 @@ contains
          tip = tips(number)
          tip%may_close = .false.
          tip%radii = [disc_of_shifts(tip)]
-         call displace(problem, static_tips%u + u, p, tip%now, tip%radii(1) + norm(shift))
+         call displace(problem, static_tips%u + u, p, near)
          associate (values => found(merge(2, 1, any(abs(shift) > 0))))
             call measure_domain(problem, static_tips%scale*static_tips%factors, tip, p, &
                                 nodal_state_t(divergence=static_tips%acceleration), values, shift)
@@ -262,15 +271,26 @@ contains
       type(static_tips_t), intent(in) :: static_tips
       real(dp) :: far(modes, size(tips))
       real(dp), parameter :: apart = 5 + 1e-6_dp ! cells from the tip: nearer ones have a part in the error of its place
-      real(dp) :: u(ndim, size(static_tips%u, 2), 0:modes*size(tips)), products(0:modes*size(tips)), places(ndim, size(tips))
-      integer :: k
-      u(:, :, 0) = static_tips%u
-      u(:, :, 1:) = reshape(static_tips%dual, shape(u(:, :, 1:)))
+      integer, parameter :: most = 16            ! groups of tips at a time, whose stresses are there together
+      real(dp), allocatable :: u(:, :, :), products(:, :)
+      real(dp) :: places(ndim, size(tips), 1)
+      integer :: k, first, last, group(size(tips))
       do k = 1, size(tips)
-         places(:, k) = tips(k)%place
+         places(:, k, 1) = tips(k)%place
       end do
-      products = missing_energies(problem, spread(places, 3, size(products)), apart*tips%nodes%spacing, u, &
-                                  spread(1, 1, size(products)))
-      far = 2*(1 + uncertainty)*reshape(products(1:), [modes, size(tips)]) ! an energy is half of the product
+      do first = 1, size(static_tips%moved, 3), most
+         last = min(first + most - 1, size(static_tips%moved, 3))
+         allocate (u(ndim, size(static_tips%u, 2), 0:modes*(last - first + 1)))
+         u(:, :, 0) = static_tips%u
+         u(:, :, 1:) = reshape(static_tips%dual(:, :, :, first:last), shape(u(:, :, 1:)))
+         group = static_tips%group - first + 1   ! of others no displacement is there
+         where (group > last - first + 1) group = 0
+         products = missing_energies(problem, places, apart*tips%nodes%spacing, u, spread(1, 1, size(u, 3)), max(group, 0), &
+                                     [0, [((k - 1)/modes + 1, k=1, size(u, 3) - 1)]])
+         do k = 1, size(tips)                    ! an energy is half of the product
+            if (group(k) > 0) far(:, k) = 2*(1 + uncertainty)*products(2 + modes*(group(k) - 1):1 + modes*group(k), k)
+         end do
+         deallocate (u)
+      end do
    end function errors_by_cells
 end module hampm_crack_errors

@@ -45,9 +45,10 @@ module hampm_expected_error
 
    !> The model, and its change with the places of its tips.
    type, extends(static_model_t) :: static_tips_t
-      real(dp), allocatable :: moved(:, :, :)    !! its derivative by the way of each tip [-], (ndim, n_points, tips)
+      integer, allocatable :: group(:)           !! by tip: tips of one group are so far apart that they move together
+      real(dp), allocatable :: moved(:, :, :)    !! its derivative by the way of the tips of each [-], (ndim, n_points, groups)
       real(dp), allocatable :: dual(:, :, :, :)  !! displacement by forces whose product with another is K of a mode
-                                                 !! of a tip [Pa sqrt(m) m/J], (ndim, n_points, modes, tips)
+                                                 !! of a tip [Pa sqrt(m) m/J], (ndim, n_points, modes, groups)
    end type static_tips_t
 
    integer, parameter :: most_turns = 5              !! of solving and looking which faces part
@@ -468,7 +469,7 @@ contains
       k = merge(size(tips), 1, m%grid%is_quadratic())
       associate (h => tips(1)%nodes%spacing)
          places(:, 1, 2) = places(:, 1, 2) - h*tips(1)%axis(:, 1)
-         missing = missing_energies(m, places(:, :k, :), spread(tip_zone*h, 1, k), u, [1, 2])
+         missing = sum(missing_energies(m, places(:, :k, :), spread(tip_zone*h, 1, k), u, [1, 2], spread(1, 1, k), [1, 1]), dim=2)
       end associate
       crack%by_cells = to_g*(missing(1) - missing(2))*work/sum(work)
    end subroutine find_far_error
@@ -494,10 +495,13 @@ contains
       integer :: k
       is_static%static_model_t = model
       if (.not. model%known) return
-      allocate (forces(ndim, m%grid%n_points, (1 + modes)*size(tips)), source=0.0_dp)
+      is_static%group = groups_of(tips)
+      allocate (forces(ndim, m%grid%n_points, (1 + modes)*maxval(is_static%group)), source=0.0_dp)
       do k = 1, size(tips)
          pressure = model%scale*sum(model%factors*m%loads%pressure, mask=m%loads%line == tips(k)%crack)/(2*ndim)
-         call add_forces(m, model%u, tips(k), pressure, forces(:, :, (1 + modes)*(k - 1) + 1:(1 + modes)*k))
+         associate (last => (1 + modes)*is_static%group(k))
+            call add_forces(m, model%u, tips(k), pressure, forces(:, :, last - modes:last))
+         end associate
       end do
       do k = 1, size(forces, 3)
          call take_inertia(model%free, forces(:, :, k), unused)
@@ -507,11 +511,33 @@ contains
          call take_motion_as_whole(model%free, moved(:, :, k))
       end do
       is_static%moved = moved(:, :, ::1 + modes)
-      allocate (is_static%dual(ndim, m%grid%n_points, modes, size(tips)))
+      allocate (is_static%dual(ndim, m%grid%n_points, modes, size(is_static%moved, 3)))
       do k = 1, modes
          is_static%dual(:, :, k, :) = moved(:, :, 1 + k::1 + modes)
       end do
    end subroutine find_static_tips
+
+   !> Groups of tips that are so far apart that each hardly feels that the others move: what a tip changes falls with the square of
+   !> the distance over its disc. A few tips have a group each; hundreds share some twenty, so that the cost is not the square of
+   !> their number.
+   pure function groups_of(tips) result(group)
+      type(crack_tip_t), intent(in) :: tips(:)
+      integer :: group(size(tips))
+      integer, parameter :: few = 16
+      real(dp), parameter :: apart = 6           ! discs
+      integer :: k, j
+      logical :: is_taken(size(tips))
+      do k = 1, size(tips)
+         group(k) = k
+         if (size(tips) <= few) cycle
+         is_taken = .false.
+         do j = 1, k - 1
+            if (norm(tips(k)%place - tips(j)%place) < apart*(maxval(tips(k)%radii) + maxval(tips(j)%radii))) &
+               is_taken(group(j)) = .true.
+         end do
+         group(k) = findloc(is_taken, .false., dim=1)
+      end do
+   end function groups_of
 
    !> Add the forces -K' u of a tip [N/m], without stress-free strain, and -K' a/(2 B Y) of a unit K of each mode
    !> [Pa sqrt(m)/m]. A uniform stress p I makes faces under pressure p free.

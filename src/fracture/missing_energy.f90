@@ -12,7 +12,7 @@ module hampm_missing_energy
    use hampm_element_stiffness, only: stiff_points, derivatives_at, n_derivatives
    implicit none
    private
-   public :: missing_energies, displace, gradient_of, stress_of, gradient_by
+   public :: missing_energies, particles_near, displace, gradient_of, stress_of, gradient_by
 
    integer, parameter :: n_stress = ndim*ndim
 
@@ -21,40 +21,39 @@ module hampm_missing_energy
 
 contains
 
-   !> Energy that cells away from some places store too little under given forces [J], by displacement: half of the squared error e
-   !> in the energy norm, the difference of recovered and cell stress (Zienkiewicz & Zhu 1992), less the integration error of the
+   !> Energy that cells away from some places store too little under given forces [J], by displacement and place: half of the squared
+   !> error e in the energy norm, the difference of recovered and cell stress (Zienkiewicz & Zhu 1992), less the integration error of the
    !> particles in the energy of the cells' own field, which makes these softer; for quadratic cells it is nearly 0. With another
    !> displacement the product of both in this energy.
-   function missing_energies(m, places, radius, u, with) result(missing)
+   function missing_energies(m, places, radius, u, with, group, of) result(missing)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: places(:, :, :)    !! of cells that do not count [m], (ndim, places, displacements)
+      real(dp), intent(in) :: places(:, :, :)    !! of cells that do not count [m], (ndim, places, displacements), or 1 for all
       real(dp), intent(in) :: radius(:)          !! around these [m], (places)
       real(dp), intent(in) :: u(:, :, :)         !! displacements of the points [m], (ndim, n_points, displacements)
       integer, intent(in) :: with(:)             !! which displacement the product is with, (displacements)
-      real(dp) :: missing(size(u, 3))
+      integer, intent(in) :: group(:), of(:)     !! group of each place, and of each displacement: a cell counts at the nearest
+                                                 !! place of the group of the displacement, if there is one
+      real(dp) :: missing(size(u, 3), size(places, 2))
       real(dp), allocatable :: stress(:, :), nodal(:, :), squared(:, :)
-      real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), x(ndim)
+      real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), part(size(u, 3))
       logical :: counts(size(u, 3))
-      integer :: at(m%grid%n_functions), i, k, e, d
+      integer :: at(m%grid%n_functions), nearest(size(u, 3)), i, k, e, d
       missing = 0
       associate (p => m%particles, grid => m%grid, b => m%blocks, n => stress_components(m%particles))
-         allocate (stress(n*size(missing), p%n), nodal(n*size(missing), grid%n_points))
+         allocate (stress(n*size(u, 3), p%n), nodal(n*size(u, 3), grid%n_points))
          do i = 1, p%n
             at = grid%support_of(p%cell(i))
             gradient = derivatives_at(m, i)
-            do d = 1, size(missing)
+            do d = 1, size(u, 3)
                stress(n*(d - 1) + 1:n*d, i) = stress_of(m%materials(p%material(i)), gradient_by(u(:, :, d), at, gradient))
             end do
          end do
          if (grid%is_quadratic()) then
             call errors_at_particles(m, stress, squared, with)
             do i = 1, p%n
-               x = p%reference(i, :)
-               do d = 1, size(missing)
-                  if (is_near(x, places(:, :, d), radius)) squared(i, d) = 0
-               end do
+               call look_from(p%reference(i, :))
+               call take(squared(i, :)/2)
             end do
-            missing = sum(squared, dim=1)/2
             return
          end if
          do k = 1, size(m%materials)
@@ -63,23 +62,48 @@ contains
             do i = 1, b%n_occupied
                e = b%occupied(i)
                if (.not. are_of_one(m%materials, k, p%material(b%first_in(e)))) cycle
-               x = grid%element_lower(:, e) + grid%element_size(e)/2
-               counts = [(.not. is_near(x, places(:, :, d), radius), d=1, size(missing))]
-               call add_missing(m, e, n, counts, u, with, stress, nodal, missing)
+               call look_from(grid%element_lower(:, e) + grid%element_size(e)/2)
+               part = 0
+               call add_missing(m, e, n, counts, u, with, stress, nodal, part)
+               call take(part)
             end do
          end do
       end associate
-   end function missing_energies
 
-   !> Whether a place is nearer to one of others than a distance from that.
-   pure logical function is_near(x, places, distance)
-      real(dp), intent(in) :: x(ndim), places(:, :), distance(:) !! [m]
-      integer :: k
-      is_near = .false.
-      do k = 1, size(places, 2)
-         is_near = is_near .or. norm(x - places(:, k)) < distance(k)
-      end do
-   end function is_near
+   contains
+
+      !> Find for each displacement whether a place counts, and the place of its group that is the nearest one.
+      subroutine look_from(x)
+         real(dp), intent(in) :: x(ndim)         !! [m]
+         real(dp) :: square, least(0:maxval([0, group]))
+         integer :: best(0:size(least) - 1), d, k
+         logical :: is_near(size(places, 3))
+         is_near = .false.
+         least = huge(least)
+         best = 0
+         do k = 1, size(places, 2)
+            do d = 1, size(places, 3)
+               square = sum((x - places(:, k, d))**2)
+               is_near(d) = is_near(d) .or. square < radius(k)**2
+            end do
+            if (square >= least(group(k))) cycle
+            least(group(k)) = square
+            best(group(k)) = k
+         end do
+         counts = .not. is_near(1)
+         if (size(is_near) > 1) counts = .not. is_near
+         nearest = best(of)
+      end subroutine look_from
+
+      !> Add the energy of a cell or a particle.
+      subroutine take(energy)
+         real(dp), intent(in) :: energy(:)       !! [J], (displacements)
+         integer :: d
+         do d = 1, size(energy)
+            if (counts(d) .and. nearest(d) > 0) missing(d, nearest(d)) = missing(d, nearest(d)) + energy(d)
+         end do
+      end subroutine take
+   end function missing_energies
 
    !> Number of the material of an element; of a graded body at its middle.
    pure integer function material_of(m, e) result(k)
@@ -214,24 +238,46 @@ contains
       if (size(h, 2) > ndim) stress(n_stress + 1) = material%small_hoop_stress(h_in_plane, hoop)
    end function stress_of
 
-   !> Particles at the displaced points; with a place only those in cells nearer to it than a distance, others stay where they were.
-   pure subroutine displace(m, u, p, place, distance)
+   !> Particles in cells nearer to a place than a distance.
+   pure function particles_near(m, place, distance) result(near)
+      type(problem_t), intent(in) :: m
+      real(dp), intent(in) :: place(ndim), distance !! in the reference configuration [m]
+      integer, allocatable :: near(:)
+      real(dp), parameter :: reach = 8           ! elements around a point, over hanging ones of quadratic cells
+      real(dp) :: far
+      integer :: i, n
+      near = spread(0, 1, m%particles%n)
+      n = 0
+      associate (p => m%particles)
+         do i = 1, p%n
+            far = distance + reach*m%grid%element_size(p%cell(i))
+            if (abs(p%reference(i, 1) - place(1)) > far) cycle
+            if (norm(p%reference(i, :) - place) > far) cycle
+            n = n + 1
+            near(n) = i
+         end do
+      end associate
+      near = near(:n)
+   end function particles_near
+
+   !> Particles at the displaced points; with a list only those in it, others stay where they were.
+   pure subroutine displace(m, u, p, among)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       type(particles_t), intent(inout) :: p      !! from here before, or none
-      real(dp), intent(in), optional :: place(ndim), distance !! in the reference configuration [m]
+      integer, intent(in), optional :: among(:)
       real(dp) :: slopes(m%grid%n_functions, ndim), shape(m%grid%n_functions), xi(ndim), moved(ndim)
-      integer :: at(m%grid%n_functions), i, k
-      real(dp), parameter :: reach = 8           ! elements around a point, over hanging ones of quadratic cells
+      integer :: at(m%grid%n_functions), i, k, n, number
       if (p%n == 0) then
          p = m%particles
          p%velocity = 0
       end if
-      do i = 1, p%n
+      number = p%n
+      if (present(among)) number = size(among)
+      do n = 1, number
+         i = n
+         if (present(among)) i = among(n)
          associate (e => p%cell(i))
-            if (present(place)) then
-               if (norm(p%reference(i, :) - place) > distance + reach*m%grid%element_size(e)) cycle
-            end if
             at = m%grid%support_of(e)
             xi = m%local_of(i)
             slopes = m%grid%gradients_in(e, xi)

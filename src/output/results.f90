@@ -17,6 +17,7 @@ module hampm_results
    private
    public :: results_t, last_name
 
+   integer, parameter :: most_attached = 4000    !! columns to the time, whose list of them HDF5 keeps in 64 KB
    integer, parameter :: chunk = 512      !! values of a column stored together
    integer, parameter :: capacity = 512   !! samples kept in memory at most
    real(dp), parameter :: patience = 10   !! time after which new samples and snapshots are flushed [s]
@@ -160,7 +161,8 @@ contains
       call self%file%put_attribute(path, 'units', unit, fault)
       call self%file%put_attribute(path, 'long_name', long_name, fault)
       self%columns = [self%columns, column]
-      if (is_new .and. .not. fault%failed()) call column%attach_to(self%columns(1), self%file, fault)
+      if (is_new .and. .not. fault%failed() .and. size(self%columns) <= most_attached) &
+         call column%attach_to(self%columns(1), self%file, fault)
       call pass_on(self, fault, failure)
    end subroutine add_column
 
