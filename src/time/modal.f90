@@ -534,9 +534,11 @@ contains
    function report(self) result(text)
       class(modal_t), intent(in) :: self
       character(:), allocatable :: text
+      real(dp), parameter :: rounding = 1e-9_dp  ! [%]
       text = ''
       if (.not. allocated(self%square)) return
       text = to_text(size(self%square))//' modes, up to '//three_digits(sqrt(maxval(self%square))/two_pi)//' Hz; '// &
-             three_digits(100*self%left_out)//' % of the strain energy of a load is left to modes above, which follow it statically'
+             three_digits(max(100*self%left_out, rounding))//' % of the strain energy of a load is left to modes above, which '// &
+             'follow it statically'
    end function report
 end module hampm_modal
