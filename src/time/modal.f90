@@ -173,8 +173,8 @@ contains
       end do
    end subroutine follow_modes
 
-   !> The exact solution of q'' + alpha q' + w**2 q = p + t slope after a time: in closed form, in less than a sixth of a period by its
-   !> series, which does not lose what is small beside p/w**2.
+   !> The exact solution of q'' + alpha q' + w**2 q = p + t slope after a time: in closed form, in less than a sixth of a period by
+   !> its series, which does not lose what is small beside p/w**2.
    pure type(response_t) function respond(square, alpha, p, slope, t, q, rate) result(after)
       real(dp), intent(in) :: square             !! w**2 [1/s2]
       real(dp), intent(in) :: alpha              !! [1/s]
@@ -207,8 +207,8 @@ contains
       after%sum = (p*t + slope*t**2/2 - (after%rate - rate) - alpha*(after%q - q))/square
    end function respond
 
-   !> The same by the exponential of the matrix of q, its rate, its integral, p and slope, in units of a piece of the time, by Taylor's
-   !> series in the piece, and by squaring.
+   !> The same by the exponential of the matrix of q, its rate, its integral, p and slope, in units of a piece of the time: by
+   !> Taylor's series in the piece, and by squaring.
    pure type(response_t) function by_series(square, alpha, p, slope, t, q, rate) result(after)
       real(dp), intent(in) :: square, alpha, p, slope, t, q, rate !! as those of `respond`
       integer, parameter :: most_pieces = 16
