@@ -432,3 +432,16 @@ def test_the_audit_closes_the_balance_of_laws_that_remember(columns, law):
     found = columns(scene, "method.time_step=1e-5", "method.hht_alpha=-0.05", "energy_release.energy_balance=.true.")
     assert unexplained(found) < 1e-8
     assert np.max(np.abs(found["numerical_loss"])) > 1e-6 * np.max(found["external_work"])
+
+
+def test_a_body_flies_on_with_the_support_that_moves_with_it(hampm):
+    """From the first step on: nothing strains it, and its kinetic energy is m v**2/2."""
+    row = harness.run(hampm, """&run plane = 'strain' end_time = 1e-3 /
+&grid lower = 0.0, 0.0 cell = 0.1 cells = 12, 4 /
+&material name = 'a' young = 1e7 poisson = 0.3 density = 1000 /
+&body material = 'a' lower = 0.1, 0.0 upper = 0.9, 0.3 velocity = 2.0, 0.0 /
+&constraint lower = 0.1, 0.0 upper = 0.1, 0.3 fix = 'x' velocity = 2.0, 0.0 /
+&method time = 'implicit' time_step = 1e-4 mass = 'consistent' /
+""")
+    assert row["kinetic_energy"] == pytest.approx(1000 * 0.8 * 0.3 * 2.0**2 / 2, rel=1e-9)
+    assert np.max(row["strain_energy"]) < 1e-12 * row["kinetic_energy"][0]
