@@ -248,10 +248,10 @@ class Tests:
         return {function_of(item): {int(place) for place in note_of(item).read_text().split()} for item in self.items if note_of(item).exists()}
 
     def chosen(self, path, place):
-        """Tests that run a place, of each file as much as SHARE allows, and others of these files, which may share runs with them, later: of near files first. Where
-        no first case runs it, tests of near files."""
+        """Tests that run a place, of each file as much as SHARE allows, and others of these files, which may share runs with them, later: of near files first. Cases
+        that are named after the file count as such; where no first case runs the place, tests of near files do."""
         weights, name = near(path), Path(path).stem
-        files = {item.path for item in self.items if place in self.hits.get(function_of(item), ())} or {TREE / file for file, _ in weights.most_common(8)}
+        files = {item.path for item in self.items if place in self.hits.get(function_of(item), ()) or f"[{name}" in item.nodeid} or {TREE / file for file, _ in weights.most_common(8)}
         total, of_file, found = 0.0, collections.Counter(), []
         for item in sorted((item for item in self.items if item.path in files), key=lambda item: (name not in item.nodeid, self.costs.get(item.nodeid, UNKNOWN))):
             cost, file = self.costs.get(item.nodeid, UNKNOWN), str(item.path.relative_to(TREE))
