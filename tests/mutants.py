@@ -5,8 +5,8 @@
 
 A fault is an operator, a sign, a constant, an index, a condition or a line that is missing, in a statement that computes (no declarations, texts, comments, and no
 tables that tools write). The tree is a copy of the last commit in build/mutants with quick builds of both programs; after an edit make compiles what has changed.
-Once, both programs are built so that each of the places drawn tells that it is run, and all tests run: a fault is asked of those only that run its place, and of others
-of the same files, where runs may be shared. First come those of files that changed most often together with its file (its history tells), of each file those that name
+Once, both programs are built so that each of the places drawn tells that it is run, and the first case of each test is run: a fault is asked of those only that run its
+place, and of others of the same files, where runs may be shared. First come those of files that changed most often together with its file (its history tells), of each file those that name
 it, and quick ones, before others, as many as BUDGET allows; then unit tests that use its module; with --whole all of `make test` where these find nothing. What does not
 compile is not counted. A test that fails, and has not passed before, is asked again with the programs without the fault: where it fails there too, or takes as long as
 a fault without end, it is left out from then on. Tests are collected once; those of a fault run in a child of this process.
