@@ -45,6 +45,7 @@ module hampm_front_values
       type(recent_t) :: of_mean                  !! recent means of G, in motion
       type(recent_t), allocatable :: of_hats(:)  !! the same by hat
       type(arrival_t) :: arrival                 !! of waves
+      real(dp) :: toughness = 0                  !! to which the mean of G is equal as it runs; 0 where that is not so [J/m2]
    end type measured_t
 
    !> That, and where it was measured.
@@ -599,7 +600,8 @@ contains
       part_of_modes = part_of_modes/max(sum(abs(part_of_modes)), tiny(1.0_dp))
       history%is_of_none = values%has_ended
       call history%record('G_mean', 'J/m2', 'energy release rate, mean along the front', mean_rate(values))
-      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%of_mean%with_waves(values%mean_error))
+      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%of_mean%with_waves(max(values%mean_error, &
+                          merge(abs(mean_rate(values) - values%toughness), 0.0_dp, values%toughness > 0))))
       call history%record('G_largest', 'J/m2', 'largest energy release rate along the front', maxval(values%g))
       call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, mean along the front', &
                                 matmul(values%k(:last, :), parts_of(values)))

@@ -542,6 +542,7 @@ contains
          end associate
       end do
       growing%points%excess = -1                 ! a point that may not grow rests
+      growing%points%toughness = 0
       do k = 1, size(next)
          associate (point => growing%points(k), of => model%growth(max(1, law(k))))
             if (.not. by_toughness(k)) then
@@ -585,6 +586,7 @@ contains
                   point%speed = wave
                end if
                point%trial = point%speed*dt
+               if (point%speed > 0) point%toughness = next(k)%toughness
             end associate
          end associate
       end do

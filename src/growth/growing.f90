@@ -69,6 +69,7 @@ module hampm_growing
       logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
       real(dp) :: speed = 0                      !! of the same: recent speed [m/s]
       real(dp) :: lagged_speed = 0               !! that to which its measured G belongs [m/s]
+      real(dp) :: toughness = 0                  !! to which its G is equal as it runs; 0 where that is not so [J/m2]
       real(dp) :: driving = 0                    !! G at its speed, of law = toughness, last measured [J/m2]
       real(dp) :: driving_of_forces = 0          !! that to which the forces of failing points belong [J/m2]
       real(dp) :: share = 1                      !! of J that its faces take, where material dissipates [-]
@@ -666,6 +667,7 @@ contains
       call archive%archive_reals('lagged_speed', n, growing%points%lagged_speed)
       call archive%archive_reals('excess', n, growing%points%excess)
       call archive%archive_reals('lagged_excess', n, growing%points%lagged_excess)
+      call archive%archive_reals('toughness', n, growing%points%toughness)
       call archive%archive_reals('driving', n, growing%points%driving)
       call archive%archive_reals('driving_of_forces', n, growing%points%driving_of_forces)
       call archive%archive_reals('share', n, growing%points%share)

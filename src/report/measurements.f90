@@ -410,9 +410,10 @@ contains
 
    !> After a step of a motion: find the scatter of values along fronts, where they are those of this step, and of forces of body
    !> contact, by particles that change cells and by waves that cells cannot carry.
-   subroutine follow_waves(model, problem, has_measured, m)
+   subroutine follow_waves(model, problem, growing, has_measured, m)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
+      type(growing_t), intent(in) :: growing
       logical, intent(in) :: has_measured
       type(measurements_t), intent(inout) :: m
       real(dp), parameter :: longer = 1.5_dp     ! forces swing with the length of nine cells
@@ -420,6 +421,12 @@ contains
       if (model%method%time == 'static') return
       do k = 1, merge(size(m%fronts), 0, has_measured)
          call find_scatter(problem, model%method%time == 'explicit', m%fronts(k))
+         m%fronts(k)%toughness = 0
+         if (.not. allocated(growing%points)) cycle
+         associate (width => merge(growing%points%width, 0.0_dp, growing%points%front == k))
+            if (any(width > 0) .and. all(growing%points%toughness > 0 .or. .not. width > 0)) & ! all of it runs
+               m%fronts(k)%toughness = sum(width*growing%points%toughness)/sum(width)
+         end associate
       end do
       if (.not. model%contact%is_wanted()) return
       if (m%layout_of_pace /= problem%blocks%layout) &

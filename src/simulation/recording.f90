@@ -138,7 +138,7 @@ contains
       call note_branching(s%growing, s%model, s%problem%materials, s%cracks, s%measurements%crack, s%problem%state%time, &
                           s%warning)
       if (s%problem%interfaces%n_cohesive > 0) call check_zones(s%cracks, s%problem%interfaces, s%warning)
-      call follow_waves(s%model, s%problem, .true., s%measurements)
+      call follow_waves(s%model, s%problem, s%growing, .true., s%measurements)
       call take_row(s%model, s%problem, s%cracks, s%growing, s%dt, s%measurements)
       call s%results%append(s%measurements%history%row, failure)
       s%samples = next_multiple(s, s%samples, s%model%output%history_interval)
@@ -176,7 +176,7 @@ contains
          has_measured = .true.
       end if
       if (failure%failed()) return
-      call follow_waves(s%model, s%problem, has_measured, s%measurements)
+      call follow_waves(s%model, s%problem, s%growing, has_measured, s%measurements)
       if (.not. has_snapshot(s)) return
       associate (m => s%problem)
          were_behind = m%cache%operators%is_behind
