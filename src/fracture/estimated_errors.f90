@@ -29,7 +29,7 @@ module hampm_estimated_errors
    integer, parameter :: a_wave = 8              !! slots in that time: a sample is the first value of one
    integer, parameter :: from_set_to_set = 128   !! slots from one set of samples to the next
    integer, parameter :: of_set = 16             !! the first of these, with the samples of a set: steps may be longer than slots
-   real(dp), parameter :: is_new = 2             !! times the fastest strain at a tip before, as a wave arrives
+   real(dp), parameter :: is_new = 4             !! times the fastest strain at a tip before, as a wave arrives
    real(dp), parameter :: rounding = 1e-6_dp     !! of times, in slots
 
    !> The last samples of a value in motion, which swings with the waves that cells cannot carry. They are taken when time and cells
