@@ -1,7 +1,7 @@
 !> Values of a crack in the history: measurement, and the list of columns.
 module hampm_crack_measurements
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_tensors, only: norm
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t, best_t
@@ -10,6 +10,7 @@ module hampm_crack_measurements
                                      waves_of
    use hampm_estimator, only: estimate_t
    use hampm_failure, only: failure_t
+   use hampm_forest, only: corner_offset
    use hampm_history, only: history_t
    use hampm_loads, only: factors_at
    use hampm_mass_solver, only: mass_solver_t
@@ -106,15 +107,17 @@ contains
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(inout) :: values
+      real(dp), parameter :: ahead = 1.5_dp, beside = 0.237_dp ! cells, by which hardly a place is on an edge
       type(pace_t) :: pace
       real(dp) :: rate
-      integer :: side
+      integer :: k
       if (.not. (values%in_sets .and. tip%is_measured() .and. values%errors%are_known)) return
       pace = pace_of(problem, tip, values)
       if (.not. is_new_slot(values%arrival, problem%state%time, pace)) return
       rate = 0
-      do side = -1, 1, 2                         ! ahead of it, on both sides of its line
-         rate = max(rate, velocity_range_at(problem, tip%now + tip%nodes%spacing/4*(tip%direction + side*tip%axis(:, 2))))
+      do k = 1, corners                          ! beyond cells that it cuts, whose pieces may be all but empty
+         rate = max(rate, velocity_range_at(problem, tip%now + tip%nodes%spacing*(ahead*tip%direction + &
+                                                                                  beside*(2*corner_offset(k) - 1))))
       end do
       call look_for_arrival(values%arrival, problem%state%time, pace, rate)
    end subroutine look_at_tip

@@ -29,7 +29,6 @@ module hampm_estimated_errors
    integer, parameter :: a_wave = 8              !! slots in that time: a sample is the first value of one
    integer, parameter :: from_set_to_set = 128   !! slots from one set of samples to the next
    integer, parameter :: of_set = 16             !! the first of these, with the samples of a set: steps may be longer than slots
-   real(dp), parameter :: is_new = 4             !! times the fastest strain at a tip before, as a wave arrives
    real(dp), parameter :: rounding = 1e-6_dp     !! of times, in slots
 
    !> The last samples of a value in motion, which swings with the waves that cells cannot carry. They are taken when time and cells
@@ -201,7 +200,10 @@ contains
       type(pace_t), intent(in) :: pace
       real(dp), intent(in) :: rate               !! the largest difference [m/s]
       arrival%last_look = slot_of(time, pace)
-      if (.not. rate > is_new*arrival%rate) return
+      if (.not. rate > arrival%rate) return
+      if (arrival%rate > 0) then                 ! by whole powers of 4: rounding before a wave has no say
+         if (exponent(rate) - modulo(exponent(rate), 2) == exponent(arrival%rate) - modulo(exponent(arrival%rate), 2)) return
+      end if
       arrival%rate = rate
       arrival%slot = arrival%last_look
    end subroutine look_for_arrival

@@ -6,7 +6,7 @@
 !> lattice over a cell to each side. Other fronts cut cells irregularly, in effect a polygon of the lattice: means over three cells
 !> remove most of that.
 module hampm_front_values
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_tensors, only: identity, norm
    use hampm_archive, only: archive_t
    use hampm_estimated_errors, only: recent_t, pace_t, arrival_t, is_new_slot, look_for_arrival, add_recent, needs_sample, &
@@ -14,6 +14,7 @@ module hampm_front_values
    use hampm_front, only: front_t, room_of
    use hampm_front_closure, only: closure_rates
    use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, cell_at
+   use hampm_forest, only: corner_offset
    use hampm_history, only: history_t
    use hampm_loads, only: factors_at
    use hampm_material, only: are_of_one
@@ -298,8 +299,9 @@ contains
       logical, intent(in) :: in_sets             !! as in `pace_t`
       type(front_values_t), intent(inout) :: values
       type(pace_t) :: pace
+      real(dp), parameter :: beside = 0.237_dp   ! cells, by which no place is on an edge
       real(dp) :: rate
-      integer :: i, side
+      integer :: i, k
       if (values%has_ended .or. .not. in_sets) return
       pace = pace_of(problem, in_sets, values)
       if (.not. pace%in_sets) return
@@ -307,9 +309,9 @@ contains
       rate = 0
       associate (front => values%domain%front)
          do i = 1, front%n()
-            do side = -1, 1, 2
+            do k = 1, corners
                rate = max(rate, velocity_range_at(problem, front%at(:, i) &
-                                                  + side*problem%grid%finest_cell/4*identity(:, front%axis)))
+                                                  + beside*problem%grid%finest_cell*(2*corner_offset(k) - 1)))
             end do
          end do
       end associate

@@ -380,7 +380,7 @@ contains
       type(measurements_t), intent(inout) :: m
       logical, parameter :: in_sets = .true.
       integer :: k
-      if (model%method%time /= 'explicit') return
+      if (model%method%time /= 'explicit' .or. model%refine%max_level > 0) return ! velocities at nodes of changed cells lag
       do k = 1, size(m%crack)
          call look_at_tip(problem, cracks%tips(k), m%crack(k))
       end do
