@@ -290,17 +290,22 @@ contains
    end subroutine add_springs
 
    !> E' of the material around a node times the thickness, times the filled part of half of its cells; in solids times size [N/m].
+   !> A quarter of a quadratic cell is filled as the cell is: an odd number of particles stand on the lines between quarters.
    pure real(dp) function stiffness_around(m, node) result(stiffness)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: node
-      integer :: e, i
+      integer :: e, i, k
       stiffness = 0
-      associate (around => m%grid%dofs%elements_at(node))
-         do e = 1, size(around)
-            do i = m%blocks%first_in(around(e)), m%blocks%last_in(around(e)), m%blocks%stride_in(around(e))
-               stiffness = stiffness + m%materials(m%particles%material(i))%plane_modulus()* &
-                           m%particles%volume(i)/(2**(ndim - 1)*m%grid%element_size(around(e))**2)
-            end do
+      associate (around => m%grid%dofs%elements_at(node), b => m%blocks)
+         do k = 1, size(around)
+            associate (first => m%grid%first_of_piece(around(k)), last => m%grid%last_of_piece(around(k)))
+               do e = first, last
+                  do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+                     stiffness = stiffness + m%materials(m%particles%material(i))%plane_modulus()*m%particles%volume(i) &
+                                 /(2**(ndim - 1)*m%grid%element_size(around(k))**2*(last - first + 1))
+                  end do
+               end do
+            end associate
          end do
       end associate
    end function stiffness_around

@@ -239,3 +239,21 @@ def test_springs_stay_on_their_side_of_a_crack(hampm):
     assert row["tip_x"][-1] > 55e-3
     assert np.max(np.abs(row["reaction_upper_y"])) < 20
     assert np.abs(row["reaction_upper_y"] + row["reaction_lower_y"]) == pytest.approx(0, abs=0.1)
+
+
+ODD = """\
+&run end_time = 12.0 /
+&grid lower = {lower}, 5.0  cell = 1.0  cells = 9, 9  order = 2 /
+&material name = 'a'  young = 1e4  density = 1e3 /
+&body material = 'a'  points_per_cell = 3  lower = {left}, 6.0  upper = {right}, 13.0  velocity = {speed}, 5e-5 /
+&constraint lower = {side}, 7.0  upper = {side}, 9.4  fix = 'x' /
+&output file = 'out.h5'  history_interval = 1.0 /
+"""
+
+
+def test_a_support_on_either_edge_of_quadratic_cells_with_three_points(hampm):
+    """Points on the lines between quarters of a cell belong to one of these: the spring at the end of a support was twice as stiff on the left edge as on the right one."""
+    left, right = (harness.run(hampm, ODD.format(**keys)) for keys in ({"lower": 2.0, "left": 3.0, "right": 10.0, "side": 3.0, "speed": -6e-5},
+                                                                       {"lower": -11.0, "left": -10.0, "right": -3.0, "side": -3.0, "speed": 6e-5}))
+    for name in ("kinetic_energy", "strain_energy"):
+        assert left[name] == pytest.approx(right[name], rel=1e-9), name
