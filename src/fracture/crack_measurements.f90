@@ -80,10 +80,10 @@ contains
          field = fields_at(problem%materials, tip)
          associate (material => problem%materials(tip%material_in(problem%materials)))
             agree = tip%nodes%in_cell .and. .not. (values%moves .or. values%is_closed .or. tip%grown > 0 .or. abs(turn%angle) > 0 &
-                                                   .or. material%is_finite .or. material%has_history .or. field(1)%is_at_interface)
+                                                   .or. material%has_history .or. field(1)%is_at_interface)
             agree = agree .and. material%isotropic ! else K has the size of J
             call follow_values(tip, field(1), rayleigh_speed(material), problem%state%time, pace_of(problem, tip, values), agree, &
-                               values)
+                               material%is_finite, values)
          end associate
          best = values%best(tip, problem%materials(tip%material_in(problem%materials))%isotropic)
          if (best%estimator /= '') g = best%rate
@@ -149,13 +149,14 @@ contains
    !>
    !> At rest J of a tip in a cell is of the place where it acts, K of the place where it is: J is off by what both differ, give or
    !> take the error of K.
-   pure subroutine follow_values(tip, field, wave, time, pace, agree, values)
+   pure subroutine follow_values(tip, field, wave, time, pace, agree, is_finite, values)
       type(crack_tip_t), intent(in) :: tip
       type(tip_field_t), intent(in) :: field     !! of the tip
       real(dp), intent(in) :: wave               !! speed of Rayleigh waves there [m/s]
       real(dp), intent(in) :: time               !! [s]
       type(pace_t), intent(in) :: pace
       logical, intent(in) :: agree               !! whether J and K of the field are to be of one G
+      logical, intent(in) :: is_finite           !! whether J knows large strain, of which K knows nothing
       type(crack_values_t), intent(inout) :: values
       real(dp) :: j, spread_of_j, of_k(modes), part(modes), least(modes), apart(modes), late, residual
       integer :: n
@@ -198,7 +199,7 @@ contains
          of_k = errors%intensity%now
          errors%of_rate = error_of_rate(field, v%intensity, of_k)
          associate (off => abs(v%g_of_k - j))
-            if (agree) errors%j%now = max(spread_of_j, off, min(errors%j%now, off + errors%of_rate))
+            if (agree) errors%j%now = max(spread_of_j, merge(0.0_dp, off, is_finite), min(errors%j%now, off + errors%of_rate))
          end associate
          errors%domain%now = max(errors%domain%now, part*errors%j%now &
                                   + error_of_shares(field, v%intensity, of_k)*sum(abs(v%domain)))

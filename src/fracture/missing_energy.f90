@@ -21,10 +21,10 @@ module hampm_missing_energy
 
 contains
 
-   !> Energy that cells away from some places store too little under given forces [J], by displacement and place: half of the squared
-   !> error e in the energy norm, the difference of recovered and cell stress (Zienkiewicz & Zhu 1992), less the integration error of the
-   !> particles in the energy of the cells' own field, which makes these softer; for quadratic cells it is nearly 0. With another
-   !> displacement the product of both in this energy.
+   !> Energy that cells away from some places store too little under given forces [J], by displacement and place: half of the
+   !> squared error e in the energy norm, the difference of recovered and cell stress (Zienkiewicz & Zhu 1992), less the
+   !> integration error of the particles in the energy of the cells' own field, which makes these softer; for quadratic cells it is
+   !> nearly 0. With another displacement the product of both in this energy.
    function missing_energies(m, places, radius, u, with, group, of) result(missing)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: places(:, :, :)    !! of cells that do not count [m], (ndim, places, displacements), or 1 for all
