@@ -193,6 +193,12 @@ contains
                     *(norm(motion%displacement) + norm(motion%velocity)*real(model%run%end_time, wide))
          end associate
       end do
+      do k = 1, size(model%bodies)               ! what a body swells by, though it may be free to
+         associate (body => model%bodies(k), far => model%grid%lower + model%grid%cell*model%grid%cells)
+            force = force + stiffness*maxval(abs(body%eigenstrain))*maxval(abs([1.0_dp, body%profile%eigenstrain])) &
+                    *maxval(far - model%grid%lower)
+         end associate
+      end do
       energy = real(min(epsilon(energy)*force**2/stiffness, real(huge(energy), wide)), dp)
    end function energy_of_rounding
 

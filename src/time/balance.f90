@@ -20,7 +20,8 @@ module hampm_balance
    use hampm_problem, only: problem_t, stored_energy, dissipated_energy, archive_history
    use hampm_newton, only: newton_t, residual, largest_force, displace
    use hampm_outer_forces, only: outer_forces_t
-   use hampm_rigid_motions, only: rigid_constraint_t, find_rigid_constraints
+   use hampm_rigid_motions, only: rigid_constraint_t, find_rigid_constraints, free_motions_t, find_free_motions, &
+                                  take_motion_as_whole
    use hampm_supports, only: find_wrong_supports, turn_supports
    use hampm_text, only: to_text, three_digits
    use hampm_error_context, only: when
@@ -189,7 +190,9 @@ contains
          call change_touch(self, m, in_vain > most_in_vain, rigid_constraints, wrong)
          if (wrong == 0) then
             call stiffen_faces(self, m, shift, rigid_constraints, failure)
-            if (.not. failure%failed()) call commit_slip(m%interfaces)
+            if (failure%failed()) return
+            call commit_slip(m%interfaces)
+            if (size(rigid_constraints) > 0 .and. .not. any(m%materials%is_finite)) call keep_place(self, m)
             return
          end if
          in_vain = merge(0, in_vain + 1, wrong < fewest)
@@ -198,6 +201,20 @@ contains
       call failure%report(exit_computation, 'the contact state of faces or supports was not found: the iteration of '// &
                           'active nodes does not end')
    end subroutine with_contact
+
+   !> Take from the displacement what moves bodies as a whole where nothing holds them: nodes that stand in for constraints would
+   !> choose it. The centre of mass stays, and nothing turns in the mean by mass. Large strain knows no small turning.
+   subroutine keep_place(self, m)
+      class(balance_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: m
+      type(free_motions_t) :: free
+      real(dp), allocatable :: settled(:, :)     ! [m], (ndim, n_points)
+      call find_free_motions(m, free)
+      settled = self%moved
+      call take_motion_as_whole(free, settled)
+      call displace(m, settled - self%moved)
+      self%moved = settled
+   end subroutine keep_place
 
    !> Balance the forces again until the layer between faces in contact does not give way at rest (augmented Lagrangian, Uzawa's
    !> method), friction slides where mean tractions reach its cone, and forces depend on those before by less than a load that is

@@ -1,6 +1,7 @@
 """Motions that begin from static equilibrium: what stays as it is makes no waves, in every law, scheme and mass matrix, and in both frames."""
 
 import h5py
+import harness
 import numpy as np
 import pytest
 
@@ -157,3 +158,27 @@ def test_freund_with_an_initial_static_state(hampm, tmp_path):
     assert np.ptp(g[before]) < 2e-4 * g[0]
     assert off.max() < 1e-3
     assert of_added.max() < 0.01
+
+
+FREE = """\
+&run plane = 'stress'  thickness = 0.01  end_time = 1e-3 /
+&grid lower = -0.01, -0.01  cell = 0.01  cells = 12, 9  order = {order} /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700.0 /
+&body material = 'a'  points_per_cell = 3  lower = 0.0, 0.0  upper = 0.1, 0.06  eigenstrain = 1e-4, 3e-4, 0.0 /
+&method {method} /
+&probe name = 'middle'  quantity = 'displacement'  at = 0.05, 0.03 /
+&probe name = 'corner'  quantity = 'displacement'  at = 0.0, 0.0 /
+&output file = 'out.h5' /
+"""
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("method", ["time = 'static'", "start = 'static'", "start = 'static'  time = 'implicit'", "start = 'static'  time = 'modal'"])
+def test_a_body_that_nothing_holds_stays_where_it_is(hampm, method, order):
+    """It swells about its centre of mass, and turns nowhere: fixed nodes chose its place, another one in a mirror."""
+    history = harness.run(hampm, FREE.format(method=method, order=order))
+    assert np.abs(history["displacement_middle_x"]).max() < 1e-12
+    assert np.abs(history["displacement_middle_y"]).max() < 1e-12
+    for row in (0, -1):
+        assert history["displacement_corner_x"][row] == pytest.approx(-0.05 * 1e-4, rel=1e-9)
+        assert history["displacement_corner_y"][row] == pytest.approx(-0.03 * 3e-4, rel=1e-9)
