@@ -191,13 +191,18 @@ contains
    end subroutine turn_with
 
    !> Find the motions as a whole that nothing holds, and their momenta.
-   subroutine find_free_motions(m, free)
+   subroutine find_free_motions(m, free, rigid_constraints)
       type(problem_t), intent(in) :: m
       type(free_motions_t), intent(out) :: free
+      type(rigid_constraint_t), intent(in), optional :: rigid_constraints(:) !! if they are known
       real(dp), allocatable :: moved(:, :)
       real(dp) :: shape(points_of_quadratic), rate(ndim)
       integer :: at(points_of_quadratic), i, j, k, n
-      call find_rigid_constraints(m, free%rigid_constraints)
+      if (present(rigid_constraints)) then
+         free%rigid_constraints = rigid_constraints
+      else
+         call find_rigid_constraints(m, free%rigid_constraints)
+      end if
       n = size(free%rigid_constraints)
       allocate (free%motion(ndim, m%grid%n_points, n), free%momentum(ndim, m%grid%n_points, n), free%mass(n, n), source=0.0_dp)
       if (n == 0) return

@@ -38,6 +38,7 @@ module hampm_balance
    type, abstract, extends(integrator_t) :: balance_t
       type(newton_t) :: newton
       type(outer_forces_t) :: outer              !! in the step that is tried
+      type(free_motions_t), allocatable :: free  !! motions as a whole on this mesh, once they were asked for
       real(dp), allocatable :: moved(:, :)       !! displacement of the nodes in it [m], (ndim, n_points)
       logical :: carries = .false.               !! whether faces carry forces without an opening of their layer: at rest, where no
                                                  !! motion follows
@@ -192,7 +193,7 @@ contains
             call stiffen_faces(self, m, shift, rigid_constraints, failure)
             if (failure%failed()) return
             call commit_slip(m%interfaces)
-            if (size(rigid_constraints) > 0 .and. .not. any(m%materials%is_finite)) call keep_place(self, m)
+            if (.not. any(m%materials%is_finite)) call keep_place(self, m, rigid_constraints)
             return
          end if
          in_vain = merge(0, in_vain + 1, wrong < fewest)
@@ -204,16 +205,32 @@ contains
 
    !> Take from the displacement what moves bodies as a whole where nothing holds them: nodes that stand in for constraints would
    !> choose it. The centre of mass stays, and nothing turns in the mean by mass. Large strain knows no small turning.
-   subroutine keep_place(self, m)
+   subroutine keep_place(self, m, rigid_constraints)
       class(balance_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      type(free_motions_t) :: free
+      type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
       real(dp), allocatable :: settled(:, :)     ! [m], (ndim, n_points)
-      call find_free_motions(m, free)
+      if (size(rigid_constraints) == 0) return
+      if (allocated(self%free)) then
+         if (.not. are_same(self%free%rigid_constraints, rigid_constraints)) deallocate (self%free)
+      end if
+      if (.not. allocated(self%free)) then
+         allocate (self%free)
+         call find_free_motions(m, self%free, rigid_constraints)
+      end if
       settled = self%moved
-      call take_motion_as_whole(free, settled)
+      call take_motion_as_whole(self%free, settled)
       call displace(m, settled - self%moved)
       self%moved = settled
+
+   contains
+
+      !> Whether constraints are of the same nodes and motions.
+      pure logical function are_same(a, b)
+         type(rigid_constraint_t), intent(in) :: a(:), b(:)
+         are_same = size(a) == size(b)
+         if (are_same) are_same = all(a%node == b%node .and. a%motion == b%motion)
+      end function are_same
    end subroutine keep_place
 
    !> Balance the forces again until the layer between faces in contact does not give way at rest (augmented Lagrangian, Uzawa's

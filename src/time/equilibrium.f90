@@ -66,6 +66,7 @@ contains
       real(dp), intent(in) :: dt                 !! not used in equilibrium [s]
       type(failure_t), intent(inout) :: failure
       if (.not. m%cache%mapped) call map_to_grid(m)
+      if (allocated(self%free)) deallocate (self%free) ! the mesh may be another one
       if (self%begun .and. .not. (m%state%steps == 0 .and. self%forgets_mesh .and. hangs_on_path(m))) then
          call find_again(self, m, failure)
       else
