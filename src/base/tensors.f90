@@ -4,7 +4,8 @@ module hampm_tensors
    implicit none
    private
    public :: identity, trace, determinant, inverse_transpose, product_of, n_voigt, voigt, name_of_component, quarter_turn, in_plane
-   public :: space, unit_tensor, trace_of, symmetric, deviator, volume_change, determinant_of, inverse_transpose_of, cofactors
+   public :: space, unit_tensor, trace_of, symmetric, deviator, volume_change, determinant_of, inverse_transpose_of, cofactors, &
+             change_of_cofactors
    public :: n_symmetric, n_deviator, components_of, tensor_of, deviator_of, in_space, norm
 
    integer, parameter :: space = 3               !! dimensions of space
@@ -177,6 +178,23 @@ contains
       g(:, 2) = cofactors_of_first(f(:, [2, 3, 1]))
       g(:, 3) = cofactors_of_first(f(:, [3, 1, 2]))
    end function cofactors
+
+   !> Change of the cofactors of F by dF, to the first order, for dF of any size.
+   pure function change_of_cofactors(f, df) result(g)
+      real(dp), intent(in) :: f(space, space), df(space, space)
+      real(dp) :: g(space, space)
+      g = at(f, 1, 1)*at(df, 2, 2) + at(df, 1, 1)*at(f, 2, 2) - at(f, 1, 2)*at(df, 2, 1) - at(df, 1, 2)*at(f, 2, 1)
+
+   contains
+
+      !> The components so many rows and columns further.
+      pure function at(t, rows, columns) result(moved)
+         real(dp), intent(in) :: t(space, space)
+         integer, intent(in) :: rows, columns
+         real(dp) :: moved(space, space)
+         moved = cshift(cshift(t, rows, 1), columns, 2)
+      end function at
+   end function change_of_cofactors
 
    !> Components of a deviator of space but the last, 33: 11, 22, 12 and, in solids, 13 and 23.
    pure function components_of(t) result(c)

@@ -180,7 +180,7 @@ contains
       if (self%face(lower)) nodes(lower) = grid%node_at(x, self%axis(:, 1) - self%axis(:, 2))
    end function face_nodes
 
-   !> Save or restore the data of a tip; the materials around it follow from its place.
+   !> Save or restore the data of a tip; the materials around it follow from its place, but not out of the material, where it waits.
    subroutine archive_surroundings(tip, archive)
       type(crack_tip_t), intent(inout) :: tip
       class(archive_t), intent(inout) :: archive
@@ -188,6 +188,7 @@ contains
       call archive%serialise('grown', tip%grown)
       call archive%serialise('speed', tip%speed)
       call archive%serialise('toughness', tip%toughness)
+      call archive%serialise('material', tip%material)
       call archive%serialise('has_no_domain', tip%has_no_domain)
       n = size(tip%radii)
       call archive%serialise('number_radii', n)

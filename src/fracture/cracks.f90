@@ -150,15 +150,19 @@ contains
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: crack               !! its number
       real(dp), parameter :: nothing = 1e-3_dp   ! of the length
+      real(dp) :: outside(2)                     ! length out of the material at the end beyond each one [m]
       type(line_t) :: line
+      integer :: end
       associate (of => self%crack(crack))
          of%waits = .true.
-         of%is_through(last_point) = of%is_tip(last_point) ! cells are cut to where it ends, and no farther
+         of%is_through = of%is_tip               ! cells are cut to where it ends, and no farther
          line%points = of%given + spread(of%aside, 2, size(of%given, 2))
-         if (of%is_tip(last_point) .and. of%covered(1) > nothing*of%covered(2)) then
+         outside = [length_of(of%given) - of%covered(2), of%covered(1)]
+         do end = first_point, last_point
+            if (.not. of%is_tip(end) .or. outside(end) <= nothing*length_of(of%given)) cycle
             line%points = of%given
-            line%bonded(last_point) = length_of(of%given) - of%covered(1)
-         end if
+            line%bonded(end) = length_of(of%given) - outside(end)
+         end do
          call self%place(crack, line%open_part())
       end associate
    end subroutine hide
@@ -172,8 +176,10 @@ contains
       type(line_t) :: line
       associate (of => self%crack(crack))
          of%waits = .false.
-         if (of%is_tip(last_point)) of%is_through(last_point) = .false.
-         if (of%is_tip(last_point)) of%beyond(last_point) = 0
+         where (of%is_tip)
+            of%is_through = .false.
+            of%beyond = 0
+         end where
          line%points = of%given
          of%outside = of%covered(1)
          if (of%covered(1) + length < of%covered(2)*(1 - rounding)) then

@@ -26,7 +26,7 @@ module hampm_stiffness
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_rigid_motions, only: rigid_constraint_t, motions, motions_at
    use hampm_sparse, only: sparse_t
-   use hampm_tensors, only: cofactors, identity, space
+   use hampm_tensors, only: change_of_cofactors, identity, space
    use hampm_turned_faces, only: deformation_at
    use hampm_element_stiffness, only: change_of_stress, derivatives_at, element_stiffness, forces_by, mean_gradient_in, &
                                       n_derivatives, strain_by
@@ -340,7 +340,7 @@ contains
             df = 0
             df(:ndim, :ndim) = dh(:, :ndim)
             if (size(dh, 2) > ndim) df(space, space) = dh(1, ndim + 1)
-            change = cofactors(f + df) - cofactors(f) - cofactors(df)
+            change = change_of_cofactors(f, df)
             force = factor*load%fraction(k)*matmul(change(:ndim, :ndim), load%force)
             matrix(:, j) = -reshape(spread(force, 2, n/ndim)*spread(load%shape(:, k), 1, ndim), [n])
          end do

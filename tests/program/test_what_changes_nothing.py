@@ -1,0 +1,83 @@
+"""What must change no result: the units of a model, the order of the points of a crack, an observer who moves, a stop on the way."""
+
+import numpy as np
+import pytest
+
+from harness import differing, run
+
+PRESSED = """&run end_time = 1.0  thickness = {thickness!r} /
+&grid lower = {lower!r}, {lower!r}  cell = {cell!r}  cells = 11, 13 /
+&material name = 'm'  law = 'neo_hookean'  young = {young!r}  density = {density!r} /
+&body material = 'm'  points_per_cell = 4  lower = 0.0, 0.0  upper = {width!r}, {height!r} /
+&crack kind = 'path'  points = {x!r}, {below!r}, {x!r}, {above!r} /
+&load kind = 'pressure'  on = 'crack'  pressure = {pressure!r}  history = 'ramp'  rise_time = 0.8 /
+&constraint lower = 0.0, 0.0  upper = {width!r}, 0.0  fix = 'xy' /
+&method time = 'static'  load_steps = 4 /
+"""
+
+
+def test_a_pressure_that_turns_with_its_faces_knows_no_metre(hampm):
+    """Its tangent is of the second order in the displacement of a node: one of a metre would be beyond all digits of a model of micrometres."""
+    length = 4.0**-10
+    numbers = dict(thickness=1.0, lower=-1.0, cell=1.0, young=3e9, density=2400.0, width=9.0, height=11.0, x=6.383786526652101, below=2.3946697904356984,
+                   above=7.194669790435698, pressure=29507911.36006044)
+    lengths = {"thickness", "lower", "cell", "width", "height", "x", "below", "above"}
+    row = run(hampm, PRESSED.format(**numbers))
+    powers = {"density": -3, "young": -1, "pressure": -1}              # of the length in their units
+    small = {name: value * length if name in lengths else value * length**powers[name] for name, value in numbers.items()}
+    other = run(hampm, PRESSED.format(**small))
+    assert row["crack_opening"][-1] > 1e-3
+    for name, power in [("crack_opening", 1), ("mouth_opening", 1), ("strain_energy", 2), ("external_work", 2), ("reaction_y", 1)]:
+        assert np.array_equal(row[name] * length**power, other[name]), name
+
+
+GROWS = """&run end_time = 2.4e-5 /
+&grid lower = 0.0, 0.0  cell = 0.001  cells = 14, 12 /
+&material name = 'm'  young = 70e9  poisson = 0.0  density = 5400.0 /
+&body material = 'm'  points_per_cell = 3  lower = 0.0, 0.0  upper = 0.014, 0.012  velocity = {vx}, {vy} /
+&crack kind = 'path'  name = 'c'  points = 0.0046, 0.0056, 0.0092, 0.0056 /
+&growth law = 'prescribed'  direction = 'straight'  crack = 'c'  speed = 250.0  start = 6e-6  end = 2e-5 /
+&load kind = 'pressure'  pressure = -2e7  lower = 0.0, 0.012  upper = 0.014, 0.012 /
+&load kind = 'pressure'  pressure = -2e7  lower = 0.0, 0.0  upper = 0.014, 0.0 /
+&method time = 'implicit'  time_step = 8e-7 /
+&refine indicator = {indicator}  max_level = 1 /
+&energy_release estimators = 'domain_integral' /
+"""
+
+
+@pytest.mark.parametrize("indicator", ["'tip'  rings = 3", "'zz'  interval = 5  tolerance = 0.05"])
+def test_a_crack_grows_alike_in_a_body_that_flies(hampm, indicator):
+    """Cells that are refined and cut anew in implicit steps keep the velocity of all nodes, also of corners of a cell with a piece that no particle reaches."""
+    still, flies = (run(hampm, GROWS.format(vx=v[0], vy=v[1], indicator=indicator)) for v in ((0.0, 0.0), (-11.0, 21.0)))
+    assert still["crack_length"][-1] > still["crack_length"][0] + 0.006
+    for name in ("strain_energy", "J", "K_I", "crack_length", "cells"):
+        assert flies[name] == pytest.approx(still[name], rel=1e-6, abs=1e-6 * np.max(np.abs(still[name]))), name
+
+
+WAITS = """&run end_time = 1.0 /
+&grid lower = -1.7, -4.8  cell = 0.5  cells = 18, 22 /
+&material name = 'm'  young = 70e9  poisson = 0.3  density = 2700.0 /
+&body material = 'm'  points_per_cell = 4  shape = 'polygon'  points = 5.35, 2.99, 3.02, 3.77, -1.27, 0.09, 2.29, -2.36, 5.81, -2.42 /
+&crack kind = 'path'  name = 'c'  points = {points} /
+&nucleation crack = 'c'  toughness = 1e9  strength = 1e12 /
+&constraint lower = -2.7, -5.3  upper = 8.3, -1.5  fix = 'xy' /
+&load kind = 'point'  force = 0.0, -6e6  lower = 2.8, 1.7  upper = 2.8, 1.7 /
+&method time = 'static'  load_steps = 2 /
+&energy_release estimators = /
+"""
+
+
+def test_a_crack_waits_alike_from_either_end(hampm):
+    """What of it is out of the material is a notch, whichever of its points comes first."""
+    forth, back = (run(hampm, WAITS.format(points=points)) for points in ("-2.23, 0.87, 2.88, 0.87", "2.88, 0.87, -2.23, 0.87"))
+    for name in ("strain_energy", "external_work"):
+        assert back[name] == pytest.approx(forth[name], rel=1e-10, abs=1e-12), name
+
+
+def test_a_crack_that_waits_is_there_after_a_stop(hampm):
+    """Its tips, aside of all material, have the one where they will be."""
+    text = WAITS.format(points="1.2, 0.87, 2.88, 0.87") + "&refine indicator = 'zz'  max_level = 1  tolerance = 0.1 /\n"
+    run(hampm, text, name="whole")
+    run(hampm, text, code=5, words=("--steps", "1"), name="part")
+    assert hampm("--resume", "part.h5.checkpoint", "--quiet").returncode == 0
+    assert not differing(hampm.folder / "whole.h5", hampm.folder / "part.h5")
