@@ -1,9 +1,9 @@
-!> When two positions in a model are the same place, and two cells as full.
+!> When two positions in a model are the same place, two cells as full, and ratios too large to matter.
 module hampm_tolerance
    use hampm_kinds, only: dp, ndim
    implicit none
    private
-   public :: position_tolerance, part_of_cell
+   public :: position_tolerance, part_of_cell, bounded_ratio
 
 contains
 
@@ -27,4 +27,13 @@ contains
       part = fill
       if (fill > 1/steps) part = anint(fill*steps)/steps
    end function part_of_cell
+
+   !> The ratio of an amount to another one, at most `most`, also where the other is 0 or next to it.
+   elemental real(dp) function bounded_ratio(part, whole, most) result(ratio)
+      real(dp), intent(in) :: part, whole, most
+      ratio = 0
+      if (.not. part > 0) return
+      ratio = most
+      if (part < most*whole) ratio = part/whole
+   end function bounded_ratio
 end module hampm_tolerance

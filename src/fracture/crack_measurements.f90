@@ -3,6 +3,7 @@ module hampm_crack_measurements
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim, corners
    use hampm_tensors, only: norm
+   use hampm_tolerance, only: bounded_ratio
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t, best_t
    use hampm_cracks, only: cracks_t
@@ -173,7 +174,7 @@ contains
          j = sum(v%j)/size(v%j)
          spread_of_j = maxval(v%j) - minval(v%j) + v%uncertainty_of_j + tip%lost()*abs(j)
          apart = 0                               ! J and the interaction of a tip that grows, which sees where it is
-         if (tip%grown > 0) apart = min(1.0_dp, abs(v%by_fields - v%intensity)/max(norm(v%intensity), tiny(j)))
+         if (tip%grown > 0) apart = bounded_ratio(abs(v%by_fields - v%intensity), norm(v%intensity), 1.0_dp)
          call follow_speed(errors, tip%speed, wave, time, pace, apart, late)
          if (tip%toughness > 0) then             ! by its law G is the toughness: speed, and K by that, are off
             residual = abs(j - tip%toughness)

@@ -26,6 +26,7 @@ module hampm_expected_error
    use hampm_loads, only: factors_at, largest_factors
    use hampm_material, only: material_t
    use hampm_tensors, only: norm, identity, trace
+   use hampm_tolerance, only: bounded_ratio
    use hampm_missing_energy, only: gradient_of, gradient_by, stress_of, missing_energies
    implicit none
    private
@@ -386,7 +387,7 @@ contains
             end associate
          end do
       end associate
-      associate (part => min(most, taken/max(energy, tiny(energy))))
+      associate (part => bounded_ratio(taken, energy, most))
          lost = 1/(1 - part)**2 - 1
       end associate
       if (any(m%materials%poisson > locked)) lost = maxval(m%materials%lambda/m%materials%mu)

@@ -7,6 +7,7 @@
 module hampm_measurements
    use hampm_kinds, only: dp, ndim, long
    use hampm_tensors, only: norm
+   use hampm_tolerance, only: bounded_ratio
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
@@ -367,7 +368,7 @@ contains
          error(size(m%crack) + k) = m%fronts(k)%mean_error
       end do
       part = 0
-      if (any(rate > 0)) part = maxval(error/max(rate, tiny(rate)), mask=rate >= maxval(rate)/2)
+      if (any(rate > 0)) part = maxval(bounded_ratio(error, rate, 1.0_dp), mask=rate >= maxval(rate)/2)
       if (part >= 1) part = 0
    end function part_of_rate
 

@@ -26,6 +26,7 @@ module hampm_growth_at_rest
                   measure_load_frame, mixities_of, take_back, turn_tips
    use hampm_symmetric_turns, only: is_symmetric, symmetric_turns_t
    use hampm_text, only: add_line, digits_text, to_text
+   use hampm_tolerance, only: bounded_ratio
    implicit none
    private
    public :: at_load_t, grow, note_separation, turn_to_symmetry, measure_at_loads, book_step, has_fronts, &
@@ -257,6 +258,7 @@ contains
    pure function ratios(s, whatever)
       type(simulation_t), intent(in) :: s
       logical, intent(in), optional :: whatever  !! default: .false.
+      real(dp), parameter :: most = 1e30_dp
       real(dp), allocatable :: ratios(:)
       type(next_t) :: next(size(s%growing%points))
       logical :: counts(size(next))
@@ -264,7 +266,7 @@ contains
       next = next_of_points(s%growing, s%model, s%cracks, s%measurements%crack, s%measurements%fronts)
       counts = next%hindrance == 0
       if (present(whatever)) counts = counts .or. whatever
-      ratios = pack(merge(next%rate/max(next%toughness, tiny(1.0_dp)), 0.0_dp, counts), &
+      ratios = pack(merge(bounded_ratio(next%rate, next%toughness, most), 0.0_dp, counts), &
                     [(s%growing%is_growing(k), k=1, size(next))])
    end function ratios
 
