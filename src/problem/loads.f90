@@ -448,6 +448,7 @@ contains
             call archive%serialise('points', n)
             if (archive%failure%failed()) return
             if (archive%is_read) then
+               if (allocated(load%ends)) deallocate (load%ends) ! numbered anew
                deallocate (load%fraction, load%particle, load%offset, load%half)
                allocate (load%fraction(n), load%particle(n), load%offset(ndim, n), load%half(ndim, n))
             end if

@@ -81,3 +81,25 @@ def test_a_crack_that_waits_is_there_after_a_stop(hampm):
     run(hampm, text, code=5, words=("--steps", "1"), name="part")
     assert hampm("--resume", "part.h5.checkpoint", "--quiet").returncode == 0
     assert not differing(hampm.folder / "whole.h5", hampm.folder / "part.h5")
+
+
+PRESSED_AND_REFINED = """&run end_time = 4e-6 /
+&grid lower = -0.003, -0.003  cell = 0.001  cells = 16, 16 /
+&material name = 'm'  law = 'neo_hookean'  young = 70e9  poisson = 0.3  density = 5400.0 /
+&body material = 'm'  points_per_cell = 2  lower = 0.0, 0.0  upper = 0.01, 0.01 /
+&crack kind = 'path'  points = -0.001, 0.0052, 0.003, 0.0052 /
+&load kind = 'pressure'  pressure = -1e8  lower = 0.0, 0.0  upper = 0.0, 0.01 /
+&load kind = 'pressure'  pressure = -1e8  lower = 0.0, 0.01  upper = 0.01, 0.01 /
+&load kind = 'absorbing'  lower = 0.01, 0.0  upper = 0.01, 0.01 /
+&method time = 'explicit'  frame = 'updated' /
+&refine indicator = 'tip'  max_level = 1  rings = 4 /
+&output history_interval = 1e-6 /
+"""
+
+
+def test_edges_that_are_pressed_turn_alike_after_a_stop(hampm):
+    """Points on edges that neighbours share are numbered anew: at the start there were fewer, before cells were refined."""
+    run(hampm, PRESSED_AND_REFINED, name="whole")
+    run(hampm, PRESSED_AND_REFINED, code=5, words=("--steps", "9"), name="part")
+    assert hampm("--resume", "part.h5.checkpoint", "--quiet").returncode == 0
+    assert not differing(hampm.folder / "whole.h5", hampm.folder / "part.h5")
