@@ -4,9 +4,8 @@
 !> no cell filled by a part `least_fill` at least has no degrees of freedom: it hangs on the nodes of a fuller cell beside one of
 !> its own, by the extrapolated shape functions of that cell, or else on the root cell of a neighbour, as at a sharp corner. Of
 !> equally full or near cells it takes the one towards the material: mirror images agree. Displacements stay continuous, linear ones
-!> exact.
-!>
-!> Cells beside cells of another size, and cut cells and their neighbours, keep their nodes.
+!> exact. Cells beside cells of another size, and cut cells and their neighbours, keep their nodes. Beside a crack in a plane of a
+!> solid a node has a copy for each face, which hangs on a cell on its own side.
 !>
 !> Source: Badia, Verdugo & Martin, The aggregated unfitted finite element method for elliptic problems, Computer Methods in Applied
 !> Mechanics and Engineering 336 (2018) 533-553.
@@ -16,6 +15,7 @@ module hampm_aggregated_nodes
    use hampm_basis, only: shape_functions
    use hampm_cut_cells, only: cut_cells_t
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
+   use hampm_plane_cuts, only: plane_cut_t, seen_beside
    use hampm_outline, only: outline_t, least_part
    use hampm_place_table, only: place_table_t
    use hampm_tolerance, only: part_of_cell
@@ -33,7 +33,7 @@ module hampm_aggregated_nodes
 
    !> Which places are aggregated nodes, and the leaf on whose nodes each hangs.
    type :: aggregated_nodes_t
-      type(place_table_t) :: places
+      type(place_table_t) :: places              !! as the leaves see them
       integer, allocatable :: root_cell(:)       !! by number of the place in the table
       integer, allocatable, private :: root_cell_of_leaf(:) !! of each nearly empty leaf whose nodes may hang, 0 of others
    contains
@@ -68,20 +68,22 @@ contains
    end function has_root_cell
 
    !> Weights of the corners of the root cell of an aggregated node.
-   pure function weights(self, forest, place) result(weight)
+   pure function weights(self, forest, number, place) result(weight)
       class(aggregated_nodes_t), intent(in) :: self
       type(forest_t), intent(in) :: forest
-      integer(long), intent(in) :: place(ndim)   !! of the node
+      integer, intent(in) :: number              !! of the node
+      integer(long), intent(in) :: place(ndim)   !! where it is
       real(dp) :: weight(corners)
-      associate (leaf => self%root_cell(self%places%number_of(place)))
+      associate (leaf => self%root_cell(number))
          weight = shape_functions(real(place - forest%place_of(leaf), dp)/level_width(forest%level_of(leaf)))
       end associate
    end function weights
 
    !> Find the aggregated nodes of a forest in which there are some bodies.
-   pure subroutine find_aggregated_nodes(forest, cut_cells, bodies, aggregated)
+   pure subroutine find_aggregated_nodes(forest, cut_cells, planes, bodies, aggregated)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
+      type(plane_cut_t), allocatable, intent(in) :: planes(:) !! with their open nodes
       type(outline_t), intent(in) :: bodies(:)
       type(aggregated_nodes_t), intent(out) :: aggregated
       real(dp) :: fill(forest%leaf_count()), centre(ndim, forest%leaf_count())
@@ -95,13 +97,13 @@ contains
       may_hang = [(fill(leaf) > 0 .and. fill(leaf) < least_fill, leaf=1, size(fill))]
       do leaf = 1, size(fill)
          if (may_hang(leaf)) may_hang(leaf) = is_among_alike(forest, cut_cells, fill, leaf)
-         if (may_hang(leaf)) root_cells(leaf) = root_cell_of(forest, cut_cells, fill, centre(:, leaf), leaf)
+         if (may_hang(leaf)) root_cells(leaf) = root_cell_of(forest, cut_cells, planes, fill, centre(:, leaf), leaf)
       end do
       do
          before = root_cells
          do leaf = 1, size(fill)
             if (may_hang(leaf) .and. before(leaf) == 0) &
-               root_cells(leaf) = root_cell_of_next(forest, cut_cells, before, centre(:, leaf), leaf)
+               root_cells(leaf) = root_cell_of_next(forest, cut_cells, planes, before, centre(:, leaf), leaf)
          end do
          if (all(root_cells == before)) exit
       end do
@@ -112,7 +114,7 @@ contains
       do leaf = 1, size(fill)
          if (root_cells(leaf) == 0) cycle
          do c = 1, corners
-            call add_corner(forest, fill, centre, root_cells, &
+            call add_corner(forest, planes, fill, centre, root_cells, &
                             forest%place_of(leaf) + corner_offset(c)*level_width(forest%level_of(leaf)), &
                             leaf, aggregated)
          end do
@@ -158,9 +160,10 @@ contains
    end function is_among_alike
 
    !> The leaf beside one of the sides of a nearly empty one that is fullest, and full enough; 0 for none.
-   pure integer function root_cell_of(forest, cut_cells, fill, centre, leaf) result(root_cell)
+   pure integer function root_cell_of(forest, cut_cells, planes, fill, centre, leaf) result(root_cell)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
+      type(plane_cut_t), allocatable, intent(in) :: planes(:)
       real(dp), intent(in) :: fill(:)
       real(dp), intent(in) :: centre(ndim)       !! of its material [m]
       integer, intent(in) :: leaf
@@ -169,7 +172,7 @@ contains
       do side = 1, size(sides, 2)
          next = neighbour(forest, leaf, sides(:, side))
          if (next == outside) cycle
-         if (fill(next) < least_fill) cycle
+         if (fill(next) < least_fill .or. is_parted(forest, planes, leaf, next)) cycle
          if (root_cell > 0) then
             if (.not. is_first(-fill(next), -fill(root_cell), distance_to(forest, next, centre), &
                                distance_to(forest, root_cell, centre))) cycle
@@ -180,9 +183,10 @@ contains
    end function root_cell_of
 
    !> The root cell of a leaf beside one of the sides of a nearly empty one, the nearest of them; 0 for none.
-   pure integer function root_cell_of_next(forest, cut_cells, root_cells, centre, leaf) result(root_cell)
+   pure integer function root_cell_of_next(forest, cut_cells, planes, root_cells, centre, leaf) result(root_cell)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
+      type(plane_cut_t), allocatable, intent(in) :: planes(:)
       integer, intent(in) :: root_cells(:)
       real(dp), intent(in) :: centre(ndim)       !! of its material [m]
       integer, intent(in) :: leaf
@@ -191,7 +195,7 @@ contains
       do side = 1, size(sides, 2)
          next = neighbour(forest, leaf, sides(:, side))
          if (next == outside) cycle
-         if (root_cells(next) == 0) cycle
+         if (root_cells(next) == 0 .or. is_parted(forest, planes, leaf, next)) cycle
          if (is_across(forest, cut_cells, leaf, root_cells(next))) cycle
          if (root_cell > 0) then
             associate (x => forest%middle_of(leaf), other => root_cells(next))
@@ -230,6 +234,24 @@ contains
       if (other > 0 .and. cut_cells%are_there()) is_across = cut_cells%divide(forest%middle_of(leaf), forest%middle_of(other))
    end function is_across
 
+   !> Whether a crack in a plane of the grid is open between two leaves of one size, one beside the other.
+   pure logical function is_parted(forest, planes, leaf, other)
+      type(forest_t), intent(in) :: forest
+      type(plane_cut_t), allocatable, intent(in) :: planes(:)
+      integer, intent(in) :: leaf, other
+      integer(long) :: place(ndim)
+      integer :: c
+      is_parted = .false.
+      if (.not. allocated(planes)) return
+      do c = 1, corners
+         place = forest%place_of(leaf) + corner_offset(c)*level_width(forest%level_of(leaf))
+         if (any(place < forest%place_of(other) .or. &
+                 place > forest%place_of(other) + level_width(forest%level_of(other)))) cycle
+         is_parted = any(seen_beside(planes, forest, leaf, place) /= seen_beside(planes, forest, other, place))
+         if (is_parted) return
+      end do
+   end function is_parted
+
    !> The leaf so many leaves of this size away; `outside` if there is none.
    pure integer function neighbour(forest, leaf, steps) result(next)
       type(forest_t), intent(in) :: forest
@@ -237,9 +259,11 @@ contains
       next = forest%leaf_at(forest%middle_of(leaf) + steps*forest%size_of(leaf))
    end function neighbour
 
-   !> Record a corner of a nearly empty leaf, if all leaves around it are (nearly) empty, with the nearest of their root cells.
-   pure subroutine add_corner(forest, fill, centre, root_cells, place, leaf, aggregated)
+   !> Record a corner of a nearly empty leaf, if all leaves around it are (nearly) empty, with the nearest of their root cells: of
+   !> those that see the same copy of it.
+   pure subroutine add_corner(forest, planes, fill, centre, root_cells, place, leaf, aggregated)
       type(forest_t), intent(in) :: forest
+      type(plane_cut_t), allocatable, intent(in) :: planes(:)
       real(dp), intent(in) :: fill(:)
       real(dp), intent(in) :: centre(:, :)       !! of the material in each leaf [m]
       integer, intent(in) :: root_cells(:)
@@ -247,7 +271,10 @@ contains
       integer, intent(in) :: leaf
       type(aggregated_nodes_t), intent(inout) :: aggregated
       real(dp) :: middle(ndim), filled
+      integer(long) :: seen(ndim)
       integer :: around(corners), c, root_cell, number
+      seen = place
+      if (allocated(planes)) seen = seen_beside(planes, forest, leaf, place)
       root_cell = 0
       middle = 0
       filled = 0
@@ -255,6 +282,9 @@ contains
          around(c) = forest%leaf_at(forest%position(place) + (corner_offset(c) - 0.5_dp)*forest%size_of(leaf))
          if (around(c) == outside) cycle
          if (.not. fill(around(c)) > 0) around(c) = outside
+         if (around(c) /= outside .and. allocated(planes)) then
+            if (any(seen_beside(planes, forest, around(c), place) /= seen)) around(c) = outside
+         end if
          if (around(c) == outside) cycle
          if (root_cells(around(c)) == 0) return
          middle = middle + fill(around(c))*centre(:, around(c))
@@ -271,7 +301,7 @@ contains
             root_cell = other
          end associate
       end do
-      call aggregated%places%enter(place, number)
+      call aggregated%places%enter(seen, number)
       aggregated%root_cell(number) = root_cell
    end subroutine add_corner
 end module hampm_aggregated_nodes

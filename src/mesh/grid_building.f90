@@ -11,7 +11,7 @@ module hampm_grid_building
    use hampm_aggregated_nodes, only: find_aggregated_nodes
    use hampm_outline, only: outline_t, least_part
    use hampm_place_table, only: place_table_t
-   use hampm_plane_cuts, only: plane_cut_t, find_open_nodes
+   use hampm_plane_cuts, only: plane_cut_t, find_open_nodes, seen_beside
    use hampm_grid, only: grid_t, side_corner, sides
    implicit none
    private
@@ -48,7 +48,6 @@ contains
          if (allocated(bodies)) then
             allocate (grid%bodies, source=bodies)
             call find_fills(grid)
-            if (.not. grid%is_quadratic()) call find_aggregated_nodes(forest, grid%cut_cells, bodies, grid%aggregated_nodes)
          end if
       end if
       if (present(velocity_fields)) then
@@ -74,6 +73,8 @@ contains
       status = 0
       if (grid%cut_cells%are_there()) call grid%cut_cells%find_copies(grid%forest)
       if (allocated(grid%planes)) call find_open_nodes(grid%planes, grid%forest, status)
+      if (status == 0 .and. allocated(grid%bodies) .and. .not. grid%is_quadratic()) &
+         call find_aggregated_nodes(grid%forest, grid%cut_cells, grid%planes, grid%bodies, grid%aggregated_nodes)
       associate (n_leaves => grid%forest%leaf_count())
          if (status == 0) &
             call points%reserve(merge(corners, 1, grid%is_quadratic())*grid%n_velocity_fields*(n_leaves + n_leaves/8 + 16), &
@@ -227,22 +228,14 @@ contains
       integer(long), intent(in) :: place(ndim)
       integer(long) :: seen(ndim)
       integer(long), parameter :: far = 2_long**48
-      integer(long) :: lower(ndim)
-      integer :: velocity_field, k
+      integer :: velocity_field
       velocity_field = (piece - 1)/grid%cut_cells%pieces_of(leaf)
       seen = place
       if (velocity_field == 0 .and. grid%cut_cells%are_there()) then
          seen = place_of_copy(place, grid%cut_cells%copy_at(grid%forest, place, leaf, piece))
       end if
       seen(2) = seen(2) + velocity_field*far
-      if (.not. allocated(grid%planes)) return
-      do k = 1, size(grid%planes)                ! below an open crack, deeper than any level has nodes
-         associate (plane => grid%planes(k))
-            if (plane%is_symmetry .or. .not. plane%is_open(place)) cycle
-            lower = grid%forest%place_of(leaf)
-            if (lower(plane%axis) < plane%at) seen(plane%axis) = seen(plane%axis) - 1
-         end associate
-      end do
+      if (allocated(grid%planes)) seen = seen + seen_beside(grid%planes, grid%forest, leaf, place) - place
    end function seen_from
 
    !> Place of a corner of a leaf, as a piece of it sees it.
@@ -443,7 +436,7 @@ contains
                point = points%number_of(place) - grid%n_nodes
                count_of(point) = corners
                node(:corners, point) = [(points%number_of(corner_of_leaf(grid, root_cell, 1, side)), side=1, corners)]
-               weight(:corners, point) = grid%aggregated_nodes%weights(grid%forest, place)
+               weight(:corners, point) = grid%aggregated_nodes%weights(grid%forest, aggregated, place_of_corner(grid, leaf, k))
             end do
          end do
       end subroutine add_aggregated_nodes

@@ -13,7 +13,7 @@ module hampm_plane_cuts
    use hampm_place_table, only: place_table_t
    implicit none
    private
-   public :: plane_cut_t, find_open_nodes, find_unbonded, open_more, has_face_in
+   public :: plane_cut_t, find_open_nodes, find_unbonded, open_more, has_face_in, seen_beside
 
    real(dp), parameter :: margin = 0.27_dp       !! reach of the bonded part behind the front [cells]
 
@@ -155,6 +155,22 @@ contains
          end do
       end do
    end function opens_face
+
+   !> Place of a node as a leaf sees it: below an open crack that of a copy, deeper than any level has nodes.
+   pure function seen_beside(cuts, forest, leaf, place) result(seen)
+      type(plane_cut_t), intent(in) :: cuts(:)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      integer(long), intent(in) :: place(ndim)
+      integer(long) :: seen(ndim), lower(ndim)
+      integer :: k
+      seen = place
+      do k = 1, size(cuts)
+         if (cuts(k)%is_symmetry .or. .not. cuts(k)%is_open(place)) cycle
+         lower = forest%place_of(leaf)
+         if (lower(cuts(k)%axis) < cuts(k)%at) seen(cuts(k)%axis) = seen(cuts(k)%axis) - 1
+      end do
+   end function seen_beside
 
    !> Whether a node at a place is open.
    pure logical function is_open(self, place)

@@ -103,3 +103,42 @@ def test_edges_that_are_pressed_turn_alike_after_a_stop(hampm):
     run(hampm, PRESSED_AND_REFINED, code=5, words=("--steps", "9"), name="part")
     assert hampm("--resume", "part.h5.checkpoint", "--quiet").returncode == 0
     assert not differing(hampm.folder / "whole.h5", hampm.folder / "part.h5")
+
+
+BAR = """&run end_time = 1.0 /
+&grid lower = -0.006, -0.006, {lower}  cell = 0.001  cells = 12, 12, {cells} /
+&material name = 'm'  young = 70e9  poisson = 0.3  density = 2700.0 /
+&body material = 'm'  shape = 'cylinder'  lower = 0.0, 0.0, {bottom}  upper = 0.0, 0.0, 0.01  radius = 0.00504 /
+&crack kind = '{kind}'  normal = 'z'  front = 'straight'  tip = 0.0, 0.0, 0.0  direction = 1.0, 0.0, 0.0 /
+&load kind = 'traction'  force = 0.0, 0.0, 1e4  lower = -0.006, -0.006, 0.01  upper = 0.006, 0.006, 0.01 /
+{below}
+&method time = 'static' /
+&energy_release estimators = /
+"""
+
+
+def test_a_crack_parts_a_round_bar_at_its_edge(hampm3d):
+    """A cell that the edge leaves nearly empty hangs on one on its own side of the crack: the whole bar has twice the energy of its half above a plane of symmetry."""
+    load = "&load kind = 'traction'  force = 0.0, 0.0, -1e4  lower = -0.006, -0.006, -0.01  upper = 0.006, 0.006, -0.01 /"
+    held = "&constraint lower = -0.006, -0.006, 0.0  upper = 0.006, 0.006, 0.0  fix = 'z' /"
+    whole = run(hampm3d, BAR.format(lower=-0.012, cells=24, bottom=-0.01, kind="plane", below=load))
+    half = run(hampm3d, BAR.format(lower=0.0, cells=12, bottom=0.0, kind="symmetry", below=held))
+    assert whole["strain_energy"][-1] == pytest.approx(2 * half["strain_energy"][-1], rel=1e-9)
+
+
+def test_a_ball_with_a_crack_has_its_mirror_image(hampm3d):
+    """In motion, with cells that are nearly empty on either side of the crack."""
+    text = """&run end_time = 3e-6 /
+&grid lower = 0.0, 0.0, {grid}  cell = 0.001  cells = 4, 4, 4 /
+&material name = 'm'  young = 3e9  poisson = 0.3  density = 2400.0 /
+&body material = 'm'  points_per_cell = 2  shape = 'sphere'  center = 0.002, 0.002, {center}  radius = 0.001276 /
+&crack kind = 'plane'  normal = 'z'  front = 'straight'  tip = 0.00245, 0.002, {crack}  direction = 1.0, 0.0, 0.0 /
+&load kind = 'body'  force = 0.1, 0.0, {force}  lower = 0.0, 0.0, {low}  upper = 0.002, 0.004, {high} /
+&method time = 'explicit' /
+&energy_release estimators = /
+&output history_interval = 1e-6 /
+"""
+    one = run(hampm3d, text.format(grid=0.0, center=0.0025, crack=0.002, force=0.3, low=0.001, high=0.004))
+    other = run(hampm3d, text.format(grid=-0.004, center=-0.0025, crack=-0.002, force=-0.3, low=-0.004, high=-0.001))
+    for name in ("strain_energy", "kinetic_energy"):
+        assert other[name] == pytest.approx(one[name], rel=1e-9), name
