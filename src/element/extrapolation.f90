@@ -16,7 +16,7 @@ module hampm_extrapolation
 contains
 
    !> Nodal values of a vector field by the mass matrix of a run. Fails where the equations cannot be solved.
-   subroutine extrapolate(grid, p, matrix, solver, field, nodal, failure)
+   subroutine extrapolate(grid, p, matrix, solver, field, nodal, failure, counts)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(mass_matrix_t), intent(in) :: matrix
@@ -24,9 +24,10 @@ contains
       real(dp), intent(in), contiguous :: field(:, :)   !! values of the particles, (ndim, n)
       real(dp), intent(out), contiguous :: nodal(:, :)  !! values of the points, 0 where there are no particles, (ndim, n_points)
       type(failure_t), intent(inout) :: failure
+      logical, intent(in), optional :: counts(:)        !! whether the particles of an element count; default: all
       real(dp), allocatable :: rhs(:, :)
       allocate (rhs(ndim, grid%n_points))
-      call map_field(grid, p, matrix, ndim, field, rhs)
+      call map_field(grid, p, matrix, ndim, field, rhs, counts)
       nodal = 0
       call solve_mass(solver, grid, matrix, rhs, nodal, failure)
       call grid%dofs%distribute(matrix%all, ndim, nodal)
@@ -53,17 +54,21 @@ contains
    end subroutine extrapolate_lumped
 
    !> The sums over the particles of mass times shape function times value, at the nodes.
-   subroutine map_field(grid, p, matrix, width, field, sums)
+   subroutine map_field(grid, p, matrix, width, field, sums, counts)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(mass_matrix_t), intent(in) :: matrix
       integer, intent(in) :: width
       real(dp), intent(in) :: field(width, *)
       real(dp), intent(out) :: sums(width, *)
+      logical, intent(in), optional :: counts(:)        !! whether the particles of an element count
       real(dp) :: local(ndim), at(ndim, corners)
       integer :: i, c, element(corners)
       sums(:, :grid%n_points) = 0
       do i = 1, p%n
+         if (present(counts)) then
+            if (.not. counts(p%cell(i))) cycle
+         end if
          if (.not. allocated(p%corner_velocity)) then
             local = inside_cell(grid%local_coordinate(p%cell(i), p%place_in_grid(i)))
             call add_value(p%cell(i), local, p%mass(i), field(:, i))

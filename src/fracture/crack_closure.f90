@@ -7,7 +7,7 @@ module hampm_crack_closure
    use hampm_extrapolation, only: extrapolate
    use hampm_failure, only: failure_t
    use hampm_loads, only: force_at_node
-   use hampm_mass_solver, only: mass_solver_t
+   use hampm_mass_solver, only: mass_solver_t, by_lumped
    use hampm_material, only: material_t
    use hampm_openings, only: in_modes, opening_at
    use hampm_problem, only: problem_t
@@ -38,14 +38,24 @@ contains
       type(mass_solver_t), intent(inout) :: extrapolation
       real(dp), intent(inout) :: rate(modes), uncertainty(modes)
       type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: u(:, :), displacement(:, :), traction(:, :)
+      real(dp), allocatable :: displacement(:, :), traction(:, :), of_particles(:, :)
+      logical :: counts(problem%grid%n_elements)
       real(dp) :: opening(modes, 2), closing(modes, 3) ! node behind and half a cell behind; tip, half a cell ahead and ahead
       integer :: i
       associate (grid => problem%grid, matrix => problem%fields%mass_matrix)
-         allocate (displacement(ndim, grid%n_points), traction(ndim, grid%n_points))
-         allocate (u, source=transpose(p%displacement))
-         call extrapolate(grid, p, matrix, extrapolation, u, displacement, failure)
-         call extrapolate(grid, p, matrix, extrapolation, tractions(tip, p, problem%materials), traction, failure)
+         counts = .true.
+         if (extrapolation%by == by_lumped .and. .not. allocated(p%corner_velocity)) &
+            counts = elements_around([tip%nodes%behind, tip%nodes%half_behind, tip%nodes%tip, tip%nodes%half_ahead, &
+                                      tip%nodes%ahead], problem)
+         allocate (displacement(ndim, grid%n_points), traction(ndim, grid%n_points), of_particles(ndim, p%n))
+         do i = 1, p%n
+            if (counts(p%cell(i))) of_particles(:, i) = p%displacement(i, :)
+         end do
+         call extrapolate(grid, p, matrix, extrapolation, of_particles, displacement, failure, counts)
+         do i = 1, p%n
+            if (counts(p%cell(i))) of_particles(:, i) = traction_of(problem%materials(p%material(i)), p, i, tip%axis(:, 2))
+         end do
+         call extrapolate(grid, p, matrix, extrapolation, of_particles, traction, failure, counts)
       end associate
       opening(:, 1) = parted_at(tip%nodes%behind)
       closing(:, 1) = closing_at(tip%nodes%tip)
@@ -78,19 +88,36 @@ contains
       end function closing_at
    end subroutine stress_closure
 
-   !> Traction of each particle on planes along the crack [Pa].
-   pure function tractions(tip, p, materials) result(traction)
-      type(crack_tip_t), intent(in) :: tip
-      type(particles_t), intent(in) :: p
-      type(material_t), intent(in) :: materials(:)
-      real(dp), allocatable :: traction(:, :)    !! (ndim, n)
-      integer :: i
-      allocate (traction(ndim, p%n))
-      do i = 1, p%n
-         traction(:, i) = matmul(materials(p%material(i))%kirchhoff_stress(p%gradient_of(i), p%history_of(i), &
-                                                                               p%hoop_of(i)), tip%axis(:, 2))
+   !> The elements whose particles have a part in the values of some nodes by lumped masses: those around them, and around points
+   !> that hang on them or are their masters.
+   pure function elements_around(nodes, problem) result(are)
+      integer, intent(in) :: nodes(:)            !! 0: none
+      type(problem_t), intent(in) :: problem
+      logical :: are(problem%grid%n_elements)
+      logical :: counts(problem%grid%n_points)
+      integer :: k
+      counts = .false.
+      counts(pack(nodes, nodes > 0)) = .true.
+      call problem%grid%dofs%mark_masters(counts)
+      call problem%grid%dofs%mark_hanging(counts)
+      are = .false.
+      do k = 1, problem%blocks%n_occupied
+         associate (e => problem%blocks%occupied(k))
+            are(e) = any(counts(problem%grid%support_of(e)))
+         end associate
       end do
-   end function tractions
+   end function elements_around
+
+   !> Traction of a particle on planes with a normal [Pa].
+   pure function traction_of(material, p, i, normal) result(traction)
+      type(material_t), intent(in) :: material
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      real(dp), intent(in) :: normal(ndim)
+      real(dp) :: traction(ndim), stress(ndim, ndim)
+      stress = material%kirchhoff_stress(p%gradient_of(i), p%history_of(i), p%hoop_of(i))
+      traction = matmul(stress, normal)
+   end function traction_of
 
    !> G by nodal force closure (Rybicki & Kanninen 1977) of each mode: the force that the tip node transmits from face to face
    !> times the separation of the faces one cell behind it, over twice the area of that cell's face [J/m2]. Signed like opening and

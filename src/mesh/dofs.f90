@@ -41,6 +41,7 @@ module hampm_dofs
       procedure :: distribute
       procedure :: condense
       procedure :: mark_masters
+      procedure :: mark_hanging
    end type dofs_t
 
 contains
@@ -243,4 +244,14 @@ contains
          if (marked(self%n_nodes + k)) marked(self%master(self%first_master(k):self%first_master(k + 1) - 1)) = .true.
       end do
    end subroutine mark_masters
+
+   !> Mark the hanging nodes that have a marked master.
+   pure subroutine mark_hanging(self, marked)
+      class(dofs_t), intent(in) :: self
+      logical, intent(inout) :: marked(:)        !! by node, hanging nodes included
+      integer :: k
+      do k = 1, self%n_hanging
+         if (any(marked(self%master(self%first_master(k):self%first_master(k + 1) - 1)))) marked(self%n_nodes + k) = .true.
+      end do
+   end subroutine mark_hanging
 end module hampm_dofs
