@@ -178,26 +178,38 @@ contains
       type(rigid_constraint_t), intent(in) :: constraint
       real(dp), allocatable, intent(out) :: u(:, :) !! (ndim, n_points)
       integer, allocatable :: piece(:)
-      integer :: k, d
-      allocate (u(ndim, m%grid%n_points), source=0.0_dp)
+      allocate (u(ndim, m%grid%n_points))
       call find_pieces(m, piece)
+      call turn_piece(m, piece, constraint, u)
+   end subroutine turn_with
+
+   !> The same where the piece of each node is known.
+   subroutine turn_piece(m, piece, constraint, u)
+      type(problem_t), intent(in) :: m
+      integer, intent(in) :: piece(:)
+      type(rigid_constraint_t), intent(in) :: constraint
+      real(dp), intent(out) :: u(:, :)           !! (ndim, n_points)
+      real(dp) :: moved
+      integer :: k, d
+      u = 0
+      moved = dot_product(row_of(m, constraint%node, constraint%direction), constraint%free)
       do k = 1, m%grid%n_nodes
          if (piece(k) /= constraint%piece) cycle
-         u(:, k) = [(dot_product(row_of(m, k, d), constraint%free), d=1, ndim)] &
-                   /dot_product(row_of(m, constraint%node, constraint%direction), constraint%free)
+         do d = 1, ndim
+            u(d, k) = dot_product(row_of(m, k, d), constraint%free)/moved
+         end do
       end do
       call hold(m%constraints, u)                ! up to rounding
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, u)
-   end subroutine turn_with
+   end subroutine turn_piece
 
    !> Find the motions as a whole that nothing holds, and their momenta.
    subroutine find_free_motions(m, free, rigid_constraints)
       type(problem_t), intent(in) :: m
       type(free_motions_t), intent(out) :: free
       type(rigid_constraint_t), intent(in), optional :: rigid_constraints(:) !! if they are known
-      real(dp), allocatable :: moved(:, :)
-      real(dp) :: shape(points_of_quadratic), rate(ndim)
-      integer :: at(points_of_quadratic), i, j, k, n
+      integer, allocatable :: piece(:)
+      integer :: i, k, n
       if (present(rigid_constraints)) then
          free%rigid_constraints = rigid_constraints
       else
@@ -206,28 +218,47 @@ contains
       n = size(free%rigid_constraints)
       allocate (free%motion(ndim, m%grid%n_points, n), free%momentum(ndim, m%grid%n_points, n), free%mass(n, n), source=0.0_dp)
       if (n == 0) return
+      call find_pieces(m, piece)
       do k = 1, n
-         call turn_with(m, free%rigid_constraints(k), moved)
-         free%motion(:, :, k) = moved
+         call turn_piece(m, piece, free%rigid_constraints(k), free%motion(:, :, k))
       end do
-      associate (p => m%particles)
-         do i = 1, p%n
-            call m%grid%shape_functions_in(p%cell(i), m%local_of(i), at, shape)
-            do k = 1, n
-               rate = 0
-               do j = 1, m%grid%n_functions
-                  rate = rate + free%motion(:, at(j), k)*(p%mass(i)*shape(j))
-               end do
-               do j = 1, m%grid%n_functions
-                  free%momentum(:, at(j), k) = free%momentum(:, at(j), k) + rate*shape(j)
-               end do
-            end do
-         end do
-      end associate
+      call add_momenta(m, free%motion, free%momentum)
       do k = 1, n
          free%mass(:, k) = [(sum(free%motion(:, :, i)*free%momentum(:, :, k)), i=1, n)]
       end do
    end subroutine find_free_motions
+
+   !> Add products of motions with the mass matrices of the cells.
+   pure subroutine add_momenta(m, motion, momentum)
+      type(problem_t), intent(in) :: m
+      real(dp), intent(in) :: motion(:, :, :)    !! (ndim, n_points, motions)
+      real(dp), intent(inout) :: momentum(:, :, :) !! [kg], as these
+      real(dp) :: shape(points_of_quadratic), mass(points_of_quadratic, points_of_quadratic), sum_of(ndim)
+      integer :: at(points_of_quadratic), i, j, k, l, c
+      associate (p => m%particles, b => m%blocks, n => m%grid%n_functions)
+         do k = 1, b%n_occupied
+            associate (e => b%occupied(k))
+               mass(:n, :n) = 0
+               do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+                  call m%grid%shape_functions_in(e, m%local_of(i), at, shape)
+                  do j = 1, n
+                     mass(:n, j) = mass(:n, j) + p%mass(i)*shape(j)*shape(:n)
+                  end do
+               end do
+               if (b%count_in(e) == 0) cycle
+               do c = 1, size(motion, 3)
+                  do j = 1, n
+                     sum_of = 0
+                     do l = 1, n
+                        sum_of = sum_of + mass(l, j)*motion(:, at(l), c)
+                     end do
+                     momentum(:, at(j), c) = momentum(:, at(j), c) + sum_of
+                  end do
+               end do
+            end associate
+         end do
+      end associate
+   end subroutine add_momenta
 
    !> Whether forces do work on the modes, above a part of the work of their magnitudes.
    pure logical function are_pushed(self, force, part)
@@ -361,7 +392,7 @@ contains
       integer, allocatable, intent(out) :: piece(:)
       logical, intent(in), optional :: firmly    !! whether faces are connected only where they hold each other
       type(disjoint_sets_t) :: sets
-      integer :: first, master, k, j
+      integer :: at(m%grid%n_functions), first, master, k, j
       call singletons(m%grid%n_nodes, sets)
       associate (dofs => m%grid%dofs, all => m%fields%mass_matrix%all)
          do k = all%n_nodes + 1, all%n_points    ! hanging nodes
@@ -374,12 +405,11 @@ contains
       end associate
       do k = 1, m%blocks%n_occupied
          first = first_master(m, m%blocks%occupied(k))
-         associate (at => m%grid%support_of(m%blocks%occupied(k)))
-            do j = 1, size(at)
-               master = m%grid%dofs%a_master_of(at(j))
-               if (master > 0) call sets%join(first, master)
-            end do
-         end associate
+         at = m%grid%support_of(m%blocks%occupied(k))
+         do j = 1, size(at)
+            master = m%grid%dofs%a_master_of(at(j))
+            if (master > 0 .and. master /= first) call sets%join(first, master)
+         end do
       end do
       do k = 1, m%interfaces%n
          if (present(firmly)) then
