@@ -405,7 +405,10 @@ contains
       class(outline_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
       integer :: k
-      distance = minval([(self%rings(k)%distance(x), k=1, size(self%rings))])
+      distance = huge(distance)
+      do k = 1, size(self%rings)
+         distance = min(distance, self%rings(k)%distance(x))
+      end do
    end function distance
 
    !> Distance of a point from the nearest edge in a direction, in lengths of its vector: huge if there is none.

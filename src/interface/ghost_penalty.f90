@@ -87,7 +87,7 @@ contains
       type(disjoint_sets_t) :: held
       logical :: has_mass, is_in_steps
       integer, allocatable :: others(:)
-      integer :: cell, e, i, k, side
+      integer :: at(m%grid%n_functions), cell, e, i, k, side
       allocate (at_small(m%grid%n_points), source=.false.)
       allocate (moves(m%grid%n_points), is_held(m%grid%n_elements), is_filled(m%grid%n_elements), thin(m%grid%n_elements))
       allocate (fill(m%grid%n_elements), modulus(m%grid%n_elements), density(m%grid%n_elements), g(m%grid%n_elements))
@@ -109,10 +109,13 @@ contains
          end associate
       end do
       do e = 1, m%grid%n_elements, cell
-         if (is_filled(e)) moves(m%grid%support_of(e)) = .true.
+         if (.not. is_filled(e)) cycle
+         at = m%grid%support_of(e)
+         moves(at) = .true.
       end do
       do e = 1, m%grid%n_elements, cell
-         associate (first => m%grid%first_of_piece(e), at => m%grid%support_of(e))
+         at = m%grid%support_of(e)
+         associate (first => m%grid%first_of_piece(e))
             modulus(e) = modulus(first)
             density(e) = density(first)
             if (fill(first) < enough .and. .not. m%grid%aggregated_nodes%has_root_cell(m%grid%element_leaf(e))) g(e) = g_of(e)
@@ -124,7 +127,8 @@ contains
       end do
       call singletons(m%grid%n_elements, held)
       do e = 1, m%grid%n_elements, cell
-         if (.not. any(at_small(m%grid%support_of(e)))) cycle
+         at = m%grid%support_of(e)
+         if (.not. any(at_small(at))) cycle
          do side = 1, 2*ndim
             others = beyond(m%grid, e, side)
             do k = 1, size(others)
