@@ -451,19 +451,37 @@ contains
       real(dp), intent(in) :: q(:, :), k(:, :)   !! symmetric, none below zero
       real(dp) :: u(size(q, 1), size(q, 1)), both(size(k, 1), size(k, 1)), value(size(k, 1)), work(4*size(k, 1))
       real(dp), parameter :: little = 1e-12_dp   ! part of the diagonal that makes Q positive definite where M is singular
+      logical :: is_diagonal
       integer :: n, i, j, info
       n = size(q, 1)
+      is_diagonal = .true.
+      do i = 2, n
+         is_diagonal = is_diagonal .and. .not. any(abs(q(:i - 1, i)) > 0)
+      end do
       u = q
       call add_diagonal(little*[(q(i, i), i=1, n)], u)
       call dpotrf('U', n, u, n, info)
       do i = 1, n - 1
          u(i + 1:, i) = 0
       end do
-      do i = 0, (ndim - 1)*n, n                  ! the upper triangle is read
-         do j = i, (ndim - 1)*n, n
-            both(i + 1:i + n, j + 1:j + n) = matmul(u, matmul(k(i + 1:i + n, j + 1:j + n), transpose(u)))
+      if (is_diagonal) then                      ! of lumped masses
+         do j = 0, (ndim - 1)*n, n
+            do i = 1, n
+               both(:, i + j) = k(:, i + j)*u(i, i)
+            end do
          end do
-      end do
+         do j = 0, (ndim - 1)*n, n
+            do i = 1, n
+               both(i + j, :) = u(i, i)*both(i + j, :)
+            end do
+         end do
+      else
+         do i = 0, (ndim - 1)*n, n               ! the upper triangle is read
+            do j = i, (ndim - 1)*n, n
+               both(i + 1:i + n, j + 1:j + n) = matmul(u, matmul(k(i + 1:i + n, j + 1:j + n), transpose(u)))
+            end do
+         end do
+      end if
       call dsyev('N', 'U', ndim*n, both, ndim*n, value, work, size(work), info)
       largest = value(ndim*n)
    end function largest_eigenvalue
