@@ -18,6 +18,7 @@ module hampm_crack_measurements
    use hampm_material, only: material_t
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_openings, only: opening_at, velocity_range_at
+   use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_crack_tip_field, only: modes, tip_field_t
@@ -43,7 +44,6 @@ contains
       type(failure_t), intent(inout) :: failure
       logical, intent(in), optional :: for_waves !! whether for a sample alone
       real(dp), parameter :: middle(ndim) = 0    ! cells on both sides of the mouth count
-      real(dp) :: at_node(modes)                 ! opening of the nodes behind the tip [m]
       type(best_t) :: best
       type(tip_field_t) :: field(2)
       type(turn_t) :: turn
@@ -59,17 +59,10 @@ contains
             end if
             call turn_values(turn, tip%speed, problem%materials(tip%material_in(problem%materials)), values)
          end if
-         values%mouth = opening_at(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, problem, p)
+         if (.not. present(for_waves)) &
+            values%mouth = opening_at(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, problem, p)
          if (.not. tip%is_measured()) return
-         associate (behind => tip%now - tip%nodes%spacing*tip%direction)
-            if (tip%nodes%tip == 0 .or. tip%may_close) &
-               values%behind = opening_at(tip, behind, -tip%direction, problem, p)
-            if (tip%nodes%tip > 0) then
-               at_node = opening_at(tip, tip%nodes%behind, problem, p)
-               if (tip%may_close .and. values%behind(1) < 0) at_node(1) = values%behind(1)
-               values%behind = at_node
-            end if
-         end associate
+         if (.not. present(for_waves) .or. tip%grown > 0) call find_openings_behind(tip, problem, p, values)
          if (tip%grown > 0 .and. .not. tip%has_layers) then ! K by fields has no certain sign near the speed of Rayleigh waves
             values%intensity(1) = sign(values%intensity(1), values%behind(1))
             values%domain(1) = sign(values%domain(1), values%behind(1))
@@ -90,6 +83,24 @@ contains
          if (best%estimator /= '') g = best%rate
       end associate
    end subroutine measure_crack
+
+   !> Find the opening and sliding one cell behind a tip.
+   subroutine find_openings_behind(tip, problem, p, values)
+      type(crack_tip_t), intent(in) :: tip
+      type(problem_t), intent(in) :: problem
+      type(particles_t), intent(in) :: p
+      type(crack_values_t), intent(inout) :: values
+      real(dp) :: at_node(modes)                 ! opening of the nodes behind the tip [m]
+      associate (behind => tip%now - tip%nodes%spacing*tip%direction)
+         if (tip%nodes%tip == 0 .or. tip%may_close) &
+            values%behind = opening_at(tip, behind, -tip%direction, problem, p)
+         if (tip%nodes%tip > 0) then
+            at_node = opening_at(tip, tip%nodes%behind, problem, p)
+            if (tip%may_close .and. values%behind(1) < 0) at_node(1) = values%behind(1)
+            values%behind = at_node
+         end if
+      end associate
+   end subroutine find_openings_behind
 
    !> When samples are taken of the values of a tip.
    pure type(pace_t) function pace_of(problem, tip, values) result(pace)
