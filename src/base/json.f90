@@ -25,21 +25,25 @@ contains
    pure function text_value(text) result(json)
       character(*), intent(in) :: text
       character(:), allocatable :: json
-      character(6) :: escape
-      integer :: i
-      json = '"'
+      character(:), allocatable :: quoted        ! one copy, however long the text is
+      integer :: i, n
+      allocate (character(6*len(text) + 1) :: quoted)
+      quoted(1:1) = '"'
+      n = 1
       do i = 1, len(text)
          select case (iachar(text(i:i)))
           case (34, 92)                          ! the quote and the backslash
-            json = json//'\'//text(i:i)
+            quoted(n + 1:n + 2) = '\'//text(i:i)
+            n = n + 2
           case (0:31)
-            write (escape, '(a, z4.4)') '\u', iachar(text(i:i))
-            json = json//escape
+            write (quoted(n + 1:n + 6), '(a, z4.4)') '\u', iachar(text(i:i))
+            n = n + 6
           case default
-            json = json//text(i:i)
+            quoted(n + 1:n + 1) = text(i:i)
+            n = n + 1
          end select
       end do
-      json = json//'"'
+      json = quoted(:n)//'"'
    end function text_value
 
    !> A real number.

@@ -28,8 +28,10 @@ module hampm_history
       character(name_len) :: of_tip = ''         !! end of the names of the next columns, as '_tip2'
       logical :: is_of_none = .false.            !! whether the next columns are of a tip that has reached the surface: NaN
       integer, private :: filled = 0             !! how many values the row has so far
+      integer, private :: n_columns = 0, n_values = 0 !! found so far; there may be room for more in the first pass
    contains
       procedure :: begin_row
+      procedure :: end_row
       procedure :: latest
       procedure :: record
       procedure :: record_modes
@@ -47,6 +49,26 @@ contains
       self%filled = 0
    end subroutine begin_row
 
+   !> End a pass, which leaves as much room as there are columns.
+   subroutine end_row(self)
+      class(history_t), intent(inout) :: self
+      if (size(self%columns) > self%n_columns) call reserve(self, self%n_columns)
+      if (size(self%row) > self%n_values) self%row = self%row(:self%n_values)
+   end subroutine end_row
+
+   !> Room for so many columns; a copy of all texts for each new one would take the square of their number.
+   subroutine reserve(self, room)
+      type(history_t), intent(inout) :: self
+      integer, intent(in) :: room
+      type(column_t), allocatable :: columns(:)
+      integer :: k
+      allocate (columns(room))
+      do k = 1, self%n_columns
+         columns(k) = self%columns(k)
+      end do
+      call move_alloc(columns, self%columns)
+   end subroutine reserve
+
    !> The latest value of a column; NaN if there is no column of this name.
    pure real(dp) function latest(self, name)
       class(history_t), intent(in) :: self
@@ -54,7 +76,7 @@ contains
       integer :: k
       latest = ieee_value(0.0_dp, ieee_quiet_nan)
       if (.not. allocated(self%columns)) return
-      do k = 1, size(self%columns)
+      do k = 1, self%n_columns
          if (self%columns(k)%name == name .and. .not. self%columns(k)%is_along_front) latest = self%row(self%columns(k)%first)
       end do
    end function latest
@@ -139,9 +161,9 @@ contains
       integer :: i
       if (is_new(self)) then
          call add_column(self, name, unit, meaning, integer_valued=.false.)
-         self%columns(size(self%columns))%n = size(values)
-         self%columns(size(self%columns))%is_along_front = .true.
-         self%row = [self%row, values(2:)]
+         self%columns(self%n_columns)%n = size(values)
+         self%columns(self%n_columns)%is_along_front = .true.
+         call add_values(self, size(values) - 1)
       end if
       do i = 1, size(values)
          call put(self, values(i))
@@ -152,7 +174,7 @@ contains
    !> value.
    pure logical function is_new(self)
       type(history_t), intent(in) :: self
-      is_new = self%filled == size(self%row)
+      is_new = self%filled == self%n_values
    end function is_new
 
    !> Add a column behind the others.
@@ -160,15 +182,30 @@ contains
       type(history_t), intent(inout) :: self
       character(*), intent(in) :: name, unit, meaning
       logical, intent(in) :: integer_valued
-      type(column_t) :: column
-      column%name = trim(name)//trim(self%of_tip)
-      column%unit = unit
-      column%meaning = meaning
-      column%integer_valued = integer_valued
-      self%columns = [self%columns, column]
-      self%row = [self%row, 0.0_dp]
-      self%columns(size(self%columns))%first = size(self%row)
+      if (self%n_columns == size(self%columns)) call reserve(self, 2*self%n_columns + 16)
+      self%n_columns = self%n_columns + 1
+      associate (column => self%columns(self%n_columns))
+         column%name = trim(name)//trim(self%of_tip)
+         column%unit = unit
+         column%meaning = meaning
+         column%integer_valued = integer_valued
+         column%first = self%n_values + 1
+      end associate
+      call add_values(self, 1)
    end subroutine add_column
+
+   !> Make the row longer.
+   subroutine add_values(self, more)
+      type(history_t), intent(inout) :: self
+      integer, intent(in) :: more
+      real(dp), allocatable :: row(:)
+      if (self%n_values + more > size(self%row)) then
+         allocate (row(2*(self%n_values + more) + 16), source=0.0_dp)
+         row(:self%n_values) = self%row(:self%n_values)
+         call move_alloc(row, self%row)
+      end if
+      self%n_values = self%n_values + more
+   end subroutine add_values
 
    !> Put the next value into the row.
    pure subroutine put(self, value)

@@ -29,7 +29,8 @@ module hampm_results
       type(run_lock_t) :: lock                   !! held from the beginning, until other runs may write this result
       type(hdf5_file_t), private :: file
       type(snapshots_t), private :: snapshots
-      type(hdf5_series_t), allocatable, private :: columns(:) !! of the history
+      type(hdf5_series_t), allocatable, private :: columns(:) !! of the history, with room for more
+      integer, private :: n_columns = 0                   !! how many there are
       real(dp), allocatable, private :: samples(:, :)     !! samples not yet in the file, shape (capacity, columns)
       integer, private :: waiting = 0                     !! number of samples not yet in the file
       logical, private :: broken = .false.                !! writing has failed: nothing more is tried or reported
@@ -141,6 +142,7 @@ contains
       logical, intent(in), optional :: integer_valued
       integer, intent(in), optional :: along_front !! how many values of nodes of a front it has a sample
       type(hdf5_series_t) :: column
+      type(hdf5_series_t), allocatable :: columns(:)
       integer :: stored, rows
       type(failure_t) :: fault
       character(:), allocatable :: path
@@ -160,8 +162,14 @@ contains
       if (self%kept >= 0 .and. .not. fault%failed()) call column%shorten(self%file, int(self%kept, long), fault)
       call self%file%put_attribute(path, 'units', unit, fault)
       call self%file%put_attribute(path, 'long_name', long_name, fault)
-      self%columns = [self%columns, column]
-      if (is_new .and. .not. fault%failed() .and. size(self%columns) <= most_attached) &
+      if (self%n_columns == size(self%columns)) then ! not a copy of all for each
+         allocate (columns(2*self%n_columns + 16))
+         columns(:self%n_columns) = self%columns
+         call move_alloc(columns, self%columns)
+      end if
+      self%n_columns = self%n_columns + 1
+      self%columns(self%n_columns) = column
+      if (is_new .and. .not. fault%failed() .and. self%n_columns <= most_attached) &
          call column%attach_to(self%columns(1), self%file, fault)
       call pass_on(self, fault, failure)
    end subroutine add_column
@@ -294,7 +302,7 @@ contains
       if (done) done = self%snapshots%can_catch_up(self%file)
       if (done) then
          call find_series(self, fault)
-         do i = 1, size(self%columns)
+         do i = 1, self%n_columns
             if (.not. fault%failed()) call self%columns(i)%catch_up(self%file, donor, fault)
          end do
          if (.not. fault%failed()) call self%snapshots%catch_up(self%file, donor, fault)
@@ -318,7 +326,7 @@ contains
       class(results_t), intent(inout) :: self
       type(failure_t), intent(inout) :: fault
       integer :: i
-      do i = 1, size(self%columns)
+      do i = 1, self%n_columns
          if (.not. fault%failed()) call self%columns(i)%reopen(self%file, fault)
       end do
       if (.not. fault%failed()) call self%snapshots%reopen(self%file, fault)
@@ -344,7 +352,7 @@ contains
       integer :: i, first, last
       if (self%waiting == 0) return
       last = 0
-      do i = 1, size(self%columns)
+      do i = 1, self%n_columns
          first = last + 1
          last = last + int(self%columns(i)%rows)
          if (last == first) then

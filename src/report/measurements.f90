@@ -552,6 +552,7 @@ contains
          associate (by => model%refine%by)
             if (by%column /= '') call history%record(trim(by%column), '1', trim(by%meaning), m%indicator)
          end associate
+         call history%end_row()
       end associate
    end subroutine take_row
 

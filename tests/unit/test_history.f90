@@ -37,6 +37,7 @@ contains
       do k = 1, many
          call history%record('other', '1', 'a further column', t + k)
       end do
+      call history%end_row()
    end subroutine take_row
 
    !> Check what a column is, and its latest value.
