@@ -15,9 +15,10 @@ module hampm_crack_errors
    use hampm_particles, only: particles_t
    use hampm_crack_tip_field, only: modes, tip_field_t
    use hampm_stiffness, only: stiffness_t
-   use hampm_tip_domain, only: fields_at
+   use hampm_threads, only: thread_count
+   use hampm_tip_domain, only: fields_at, particles_in
    use hampm_tip_measurements, only: estimate_rates, measure_domain
-   use hampm_missing_energy, only: missing_energies, particles_near, displace
+   use hampm_missing_energy, only: pair_t, missing_energies, displace
    implicit none
    private
    public :: estimate_errors
@@ -42,7 +43,7 @@ contains
       logical :: at_nodes
       real(dp) :: lost
       real(dp), allocatable :: far(:, :)         ! errors of K by other cells, by mode and tip [Pa sqrt(m)]
-      integer :: k
+      integer :: k, threads
       if (size(values) == 0) return
       if (size(values(1)%estimates) == 0 .and. .not. allocated(values(1)%j)) return
       if (any(problem%materials(problem%particles%material(:problem%particles%n))%has_history)) return
@@ -63,9 +64,10 @@ contains
          end do
          if (static_tips%known) then
             far = errors_by_cells(problem, tips, static_tips)
+            threads = min(thread_count(), size(values))
             !$omp parallel do schedule(static, 1)
-            do k = 1, size(values)
-               call estimate_by_shifts(problem, tips, k, static_tips, far(:, k), values(k))
+            do k = 1, threads
+               call estimate_some_by_shifts(problem, tips, k, threads, static_tips, far, values)
             end do
          end if
       end associate
@@ -169,16 +171,32 @@ contains
       end associate
    end subroutine estimate_at_node
 
+   !> Estimate for each of so many tips, as one thread does, with particles of its own.
+   subroutine estimate_some_by_shifts(problem, tips, first, of, static_tips, by_cells, values)
+      type(problem_t), intent(in) :: problem
+      type(crack_tip_t), intent(in) :: tips(:)
+      integer, intent(in) :: first, of           !! tip, and from one to the next
+      type(static_tips_t), intent(in) :: static_tips
+      real(dp), intent(in) :: by_cells(:, :)     !! [Pa sqrt(m)], (modes, tips)
+      type(crack_values_t), intent(inout) :: values(:)
+      type(particles_t) :: p
+      integer :: k
+      do k = first, size(values), of
+         call estimate_by_shifts(problem, tips, k, static_tips, by_cells(:, k), p, values(k))
+      end do
+   end subroutine estimate_some_by_shifts
+
    !> Estimate for a tip of a path: it acts near its place, so that J is of a longer or shorter crack, K of the fields around the
    !> true place; nearby tips have place errors too. The error of the other cells is added.
    !>
    !> The change of K for a tip that acts at d ahead of the assumed place is d dK/da less the change of K evaluated at d.
-   subroutine estimate_by_shifts(problem, tips, number, static_tips, by_cells, values)
+   subroutine estimate_by_shifts(problem, tips, number, static_tips, by_cells, p, values)
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tips(:)
       integer, intent(in) :: number              !! of the tip
       type(static_tips_t), intent(in) :: static_tips
       real(dp), intent(in) :: by_cells(modes)    !! error of K by those apart from the tips [Pa sqrt(m)]
+      type(particles_t), intent(inout) :: p      !! displaced around the tip; from another one before, or none
       type(crack_values_t), intent(inout) :: values
       real(dp), parameter :: no_shift(ndim) = 0
       real(dp), parameter :: narrow = 6          ! cells, discs in which those that change their shape are too few to tell
@@ -186,10 +204,9 @@ contains
       real(dp) :: k(modes), k_there(modes), k_here(modes), j, j_there, j_here
       real(dp) :: of_k(modes), of_j, far(modes), far_of_j
       real(dp) :: off_of_j(modes), off_of_k(modes)
-      real(dp) :: distance(size(tips))
+      real(dp) :: distance(size(tips)), nearest(0:most_others) ! of those that are counted, the least first
       logical :: has_moved(size(static_tips%moved, 3))
       type(crack_values_t) :: found(2)           ! with the tip sought at its own place, and beside it
-      type(particles_t) :: p
       type(tip_field_t) :: field(2)
       integer, allocatable :: near(:)            ! particles whose displacement counts
       integer :: t, d
@@ -197,28 +214,33 @@ contains
       of_k = 0
       of_j = 0
       associate (h => tips(number)%nodes%spacing)
-         near = particles_near(problem, tips(number)%now, disc_of_shifts(tips(number)) + h/2)
-         call find(0.0_dp*static_tips%moved(:, :, 1), no_shift, k, j)
+         near = particles_in(tips(number)%now, disc_of_shifts(tips(number)) + h/2, problem%grid, problem%blocks)
+         call find(1, 0.0_dp, no_shift, k, j)
+         nearest = huge(nearest)
          do d = 1, size(tips)
             distance(d) = norm(tips(d)%place - tips(number)%place)
+            if (.not. distance(d) < nearest(most_others)) cycle
+            t = count(nearest <= distance(d))
+            nearest(t + 1:) = nearest(t:most_others - 1)
+            nearest(t) = distance(d)
          end do
          has_moved = .false.
          has_moved(static_tips%group(number)) = .true. ! with itself
          do t = 1, size(tips)
-            if (count(distance < distance(t)) > most_others) cycle
+            if (distance(t) > nearest(most_others)) cycle
             if (t /= number .and. has_moved(static_tips%group(t))) cycle
             has_moved(static_tips%group(t)) = .true.
             call place_of_tip(problem, tips(t), off_of_j, off_of_k)
             off_of_j = off_of_j*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii))) ! few cells
             off_of_k = off_of_k*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii)))
-            call find(h*static_tips%moved(:, :, static_tips%group(t)), no_shift, k_there, j_there)
-            call find(-h*static_tips%moved(:, :, static_tips%group(t)), no_shift, k_here, j_here)
+            call find(static_tips%group(t), h, no_shift, k_there, j_there)
+            call find(static_tips%group(t), -h, no_shift, k_here, j_here)
             of_j = of_j + sum(off_of_j*k**2)/max(sum(k**2), tiny(j))*abs(j_there - j_here)/2
             k_there = k_there - k_here
             if (t == number .and. tips(t)%nodes%in_cell) then
-               call find(0.0_dp*static_tips%moved(:, :, 1), h/2*tips(t)%direction, k_here, j_here)
+               call find(1, 0.0_dp, h/2*tips(t)%direction, k_here, j_here)
                k_there = k_there - 2*k_here
-               call find(0.0_dp*static_tips%moved(:, :, 1), -h/2*tips(t)%direction, k_here, j_here)
+               call find(1, 0.0_dp, -h/2*tips(t)%direction, k_here, j_here)
                k_there = k_there + 2*k_here
             end if
             of_k = hypot(of_k, off_of_k*abs(k_there)/2) ! places are independent
@@ -243,9 +265,10 @@ contains
 
    contains
 
-      !> K and J of a displacement added to the static one, evaluated for a tip beside its own place.
-      subroutine find(u, shift, k, j)
-         real(dp), intent(in) :: u(:, :)         !! [m], (ndim, n_points)
+      !> K and J of the static displacement with the tips of a group moved, evaluated for a tip beside its own place.
+      subroutine find(group, way, shift, k, j)
+         integer, intent(in) :: group
+         real(dp), intent(in) :: way             !! of its tips [m]
          real(dp), intent(in) :: shift(ndim)     !! [m]
          real(dp), intent(out) :: k(modes)       !! [Pa sqrt(m)]
          real(dp), intent(out) :: j              !! [J/m2]
@@ -253,7 +276,7 @@ contains
          tip = tips(number)
          tip%may_close = .false.
          tip%radii = [disc_of_shifts(tip)]
-         call displace(problem, static_tips%u + u, p, near)
+         call displace(problem, static_tips%u, p, near, static_tips%moved(:, :, group), way)
          associate (values => found(merge(2, 1, any(abs(shift) > 0))))
             call measure_domain(problem, static_tips%scale*static_tips%factors, tip, p, &
                                 nodal_state_t(divergence=static_tips%acceleration), values, shift)
@@ -285,10 +308,10 @@ contains
          u(:, :, 1:) = reshape(static_tips%dual(:, :, :, first:last), shape(u(:, :, 1:)))
          group = static_tips%group - first + 1   ! of others no displacement is there
          where (group > last - first + 1) group = 0
-         products = missing_energies(problem, places, apart*tips%nodes%spacing, u, spread(1, 1, size(u, 3)), max(group, 0), &
-                                     [0, [((k - 1)/modes + 1, k=1, size(u, 3) - 1)]])
+         products = missing_energies(problem, places, apart*tips%nodes%spacing, max(group, 0), u, &
+                                     [(pair_t(1 + k, 1, (k - 1)/modes + 1), k=1, size(u, 3) - 1)])
          do k = 1, size(tips)                    ! an energy is half of the product
-            if (group(k) > 0) far(:, k) = 2*(1 + uncertainty)*products(2 + modes*(group(k) - 1):1 + modes*group(k), k)
+            if (group(k) > 0) far(:, k) = 2*(1 + uncertainty)*products(modes*(group(k) - 1) + 1:modes*group(k), k)
          end do
          deallocate (u)
       end do

@@ -75,6 +75,7 @@ contains
       type(integrals_t), intent(out) :: found
       real(dp) :: by_closed(modes, size(domain%radius)), x(ndim), velocity(ndim)
       real(dp) :: sums(size(domain%radius), 0:fields), flux(ways, ndim), source(ways) ! of J and of each field
+      real(dp), allocatable :: q(:, :)           ! weights at the points of the grid [-], (radii, n_points)
       type(sample_t) :: s
       integer :: radii, n, mode
       radii = size(domain%radius)
@@ -84,7 +85,8 @@ contains
          call find_frame(domain, problem%materials, p, places)
          x = 0
          velocity = 0
-         call fill_places(domain, grid, blocks, p, places)
+         q = places%at_points(grid%n_points)
+         call fill_places(domain, grid, blocks, p, q, places)
          sums = 0
          by_closed = 0
          do n = 1, size(places%list)
@@ -105,11 +107,11 @@ contains
                end do
             end associate
          end do
-         call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, places%nodal, sums, by_closed, &
+         call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, q, sums, by_closed, &
                                       found%k_uncertainty)
          do n = 1, size(problem%loads)
             if (problem%loads(n)%by_mass .or. problem%loads(n)%line > 0) cycle
-            call add_loaded_faces(domain, grid, p, blocks, problem%loads(n), factors(n), places%nodal, sums, found%on_faces)
+            call add_loaded_faces(domain, grid, p, blocks, problem%loads(n), factors(n), q, sums, found%on_faces)
          end do
       end associate
       found%j = (sums(:, 0) + closed%work_at_tip())/domain%thickness
@@ -254,13 +256,18 @@ contains
       real(dp), intent(inout) :: by_closed(:, :) !! part of K by faces behind a closed tip
       real(dp), intent(inout) :: k_uncertainty(:, :) !! uncertain part of K by replaced tractions
       real(dp) :: force(ndim), slope(ndim), at_point(size(q, 1)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim), &
-                  uncertainty(ndim)
+                  uncertainty(ndim), far
+      real(dp), parameter :: around = 8          ! cells, within which the nodes of a point are
       type(nearby_t) :: near
-      logical :: is_there, is_closed
+      logical :: is_there, is_closed, softens
       integer :: n, i, mode
+      far = maxval(domain%radius)
       direction = domain%axes(:, 1)
       if (.not. total_frame) direction = direction + matmul(domain%turn, direction)
       do n = 1, interfaces%n
+         softens = interfaces%list(n)%tip == domain%number
+         if (softens) softens = is_softening(interfaces%list(n))
+         if (.not. softens .and. any(abs(interfaces%list(n)%middle - domain%tip) > far + around*interfaces%list(n)%cell)) cycle
          at_point = 0
          do i = 1, count(interfaces%list(n)%jump%node > 0)    ! the mean of both faces, of which the right one has the other sign
             associate (point => interfaces%list(n))
@@ -268,7 +275,7 @@ contains
             end associate
          end do
          if (is_half(interfaces%list(n))) at_point = 2*at_point ! there is one face
-         if (interfaces%list(n)%tip == domain%number .and. is_softening(interfaces%list(n))) then
+         if (softens) then
             at_point = at_point - 1
          else if (.not. any(at_point > rounding)) then
             cycle
@@ -313,6 +320,7 @@ contains
       integer :: n, mode
       do n = 1, size(load%particle)
          associate (particle => load%particle(n))
+            if (.not. any(abs(q(:, load%node(:, n))) > 0)) cycle
             at_point = matmul(q(:, load%node(:, n)), load%shape(:, n))
             if (.not. any(abs(at_point) > 0)) cycle
             force = domain%in_axes(factor*load%force_at(n))

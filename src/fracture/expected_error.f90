@@ -22,12 +22,12 @@ module hampm_expected_error
    use hampm_rigid_motions, only: free_motions_t, find_free_motions, take_inertia, take_motion_as_whole
    use hampm_stiffness, only: stiffness_t, is_larger, kind_at_rest, new_stiffness, full_loads
    use hampm_element_stiffness, only: derivatives_at, n_derivatives
-   use hampm_tip_domain, only: tip_domain_t, weight_nodes, fields_at
+   use hampm_tip_domain, only: tip_domain_t, weight_nodes, elements_of, fields_at
    use hampm_loads, only: factors_at, largest_factors
    use hampm_material, only: material_t
    use hampm_tensors, only: norm, identity, trace
    use hampm_tolerance, only: bounded_ratio
-   use hampm_missing_energy, only: gradient_of, gradient_by, stress_of, missing_energies
+   use hampm_missing_energy, only: gradient_of, gradient_by, stress_of, pair_t, missing_energies
    implicit none
    private
    public :: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, find_static_tips, &
@@ -470,7 +470,8 @@ contains
       k = merge(size(tips), 1, m%grid%is_quadratic())
       associate (h => tips(1)%nodes%spacing)
          places(:, 1, 2) = places(:, 1, 2) - h*tips(1)%axis(:, 1)
-         missing = sum(missing_energies(m, places(:, :k, :), spread(tip_zone*h, 1, k), u, [1, 2], spread(1, 1, k), [1, 1]), dim=2)
+         missing = sum(missing_energies(m, places(:, :k, :), spread(tip_zone*h, 1, k), spread(1, 1, k), u, &
+                                        [pair_t(1, 1), pair_t(2, 2)]), dim=2)
       end associate
       crack%by_cells = to_g*(missing(1) - missing(2))*work/sum(work)
    end subroutine find_far_error
@@ -551,22 +552,24 @@ contains
       type(tip_field_t) :: field(2)
       type(tip_domain_t) :: domain
       real(dp), allocatable :: q(:, :)
+      integer, allocatable :: leaves(:), elements(:)
       real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), with_hoop(ndim, n_derivatives(m)), x(ndim), over(modes)
       real(dp) :: g(ndim, ndim), g_33, h(ndim, ndim) ! g_33 is 0 in a plane
       integer :: at(m%grid%n_functions), n, i, mode
       domain%tip = tip%now
       domain%radius = [maxval(tip%radii)]
-      call weight_nodes(domain, m%grid, q, max(domain%radius(1)/2, min(disc_of_shifts(tip) + tip%nodes%spacing, &
-                                                                       most_level*domain%radius(1))))
+      call weight_nodes(domain, m%grid, q, leaves, max(domain%radius(1)/2, min(disc_of_shifts(tip) + tip%nodes%spacing, &
+                                                                               most_level*domain%radius(1))))
+      elements = elements_of(leaves, m%grid, m%blocks)
       field = fields_at(m%materials, tip)
       do mode = 1, modes
          over(mode) = merge(2, 1, tip%is_half())/(2*m%particles%thickness%at(tip%now)*field(1)%rate_of(identity(:modes, mode)))
       end do
       associate (p => m%particles, b => m%blocks)
-         do n = 1, b%n_occupied
-            at = m%grid%support_of(b%occupied(n))
+         do n = 1, size(elements)
+            at = m%grid%support_of(elements(n))
             if (.not. maxval(q(1, at)) > minval(q(1, at))) cycle
-            do i = b%first_in(b%occupied(n)), b%last_in(b%occupied(n)), b%stride_in(b%occupied(n))
+            do i = b%first_in(elements(n)), b%last_in(elements(n)), b%stride_in(elements(n))
                gradient = derivatives_at(m, i)
                with_hoop = spread(tip%direction, 2, n_derivatives(m))*spread(matmul(q(1, at), gradient), 1, ndim)
                g = with_hoop(:, :ndim)

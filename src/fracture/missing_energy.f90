@@ -12,32 +12,37 @@ module hampm_missing_energy
    use hampm_element_stiffness, only: stiff_points, derivatives_at, n_derivatives
    implicit none
    private
-   public :: missing_energies, particles_near, displace, gradient_of, stress_of, gradient_by
+   public :: pair_t, missing_energies, displace, gradient_of, stress_of, gradient_by
 
    integer, parameter :: n_stress = ndim*ndim
 
    !> Part of its area by which the material of an element may differ from it to count as full.
    real(dp), parameter :: not_full = 1.0e-3_dp
 
+   !> Two displacements whose product in the missing energy is sought, with itself for the energy, and the group of places at the
+   !> nearest of which a cell counts.
+   type :: pair_t
+      integer :: of = 1, with = 1, group = 1
+   end type pair_t
+
 contains
 
-   !> Energy that cells away from some places store too little under given forces [J], by displacement and place: half of the
+   !> Energy that cells away from some places store too little under given forces [J], by pair and place: half of the
    !> squared error e in the energy norm, the difference of recovered and cell stress (Zienkiewicz & Zhu 1992), less the
    !> integration error of the particles in the energy of the cells' own field, which makes these softer; for quadratic cells it is
-   !> nearly 0. With another displacement the product of both in this energy.
-   function missing_energies(m, places, radius, u, with, group, of) result(missing)
+   !> nearly 0. Of two displacements it is their product in this energy.
+   function missing_energies(m, places, radius, group, u, pairs) result(missing)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: places(:, :, :)    !! of cells that do not count [m], (ndim, places, displacements), or 1 for all
       real(dp), intent(in) :: radius(:)          !! around these [m], (places)
+      integer, intent(in) :: group(:)            !! of each place; 0: of none
       real(dp), intent(in) :: u(:, :, :)         !! displacements of the points [m], (ndim, n_points, displacements)
-      integer, intent(in) :: with(:)             !! which displacement the product is with, (displacements)
-      integer, intent(in) :: group(:), of(:)     !! group of each place, and of each displacement: a cell counts at the nearest
-                                                 !! place of the group of the displacement, if there is one
-      real(dp) :: missing(size(u, 3), size(places, 2))
+      type(pair_t), intent(in) :: pairs(:)       !! each displacement is the first one of one at most
+      real(dp) :: missing(size(pairs), size(places, 2))
       real(dp), allocatable :: stress(:, :), nodal(:, :), squared(:, :)
-      real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), part(size(u, 3))
-      logical :: counts(size(u, 3))
-      integer :: at(m%grid%n_functions), nearest(size(u, 3)), i, k, e, d
+      real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), part(size(pairs))
+      logical :: counts(size(pairs))
+      integer :: at(m%grid%n_functions), nearest(size(pairs)), with(size(u, 3)), i, k, e, d
       missing = 0
       associate (p => m%particles, grid => m%grid, b => m%blocks, n => stress_components(m%particles))
          allocate (stress(n*size(u, 3), p%n), nodal(n*size(u, 3), grid%n_points))
@@ -49,10 +54,12 @@ contains
             end do
          end do
          if (grid%is_quadratic()) then
+            with = [(d, d=1, size(with))]
+            with(pairs%of) = pairs%with
             call errors_at_particles(m, stress, squared, with)
             do i = 1, p%n
                call look_from(p%reference(i, :))
-               call take(squared(i, :)/2)
+               call take(squared(i, pairs%of)/2)
             end do
             return
          end if
@@ -64,7 +71,7 @@ contains
                if (.not. are_of_one(m%materials, k, p%material(b%first_in(e)))) cycle
                call look_from(grid%element_lower(:, e) + grid%element_size(e)/2)
                part = 0
-               call add_missing(m, e, n, counts, u, with, stress, nodal, part)
+               call add_missing(m, e, n, counts, u, pairs, stress, nodal, part)
                call take(part)
             end do
          end do
@@ -72,10 +79,10 @@ contains
 
    contains
 
-      !> Find for each displacement whether a place counts, and the place of its group that is the nearest one.
+      !> Find for each pair whether a place counts, and the place of its group that is the nearest one.
       subroutine look_from(x)
          real(dp), intent(in) :: x(ndim)         !! [m]
-         real(dp) :: square, least(0:maxval([0, group]))
+         real(dp) :: square, least(0:maxval([group, pairs%group]))
          integer :: best(0:size(least) - 1), d, k
          logical :: is_near(size(places, 3))
          is_near = .false.
@@ -91,13 +98,13 @@ contains
             best(group(k)) = k
          end do
          counts = .not. is_near(1)
-         if (size(is_near) > 1) counts = .not. is_near
-         nearest = best(of)
+         if (size(is_near) > 1) counts = .not. is_near(pairs%of)
+         nearest = best(pairs%group)
       end subroutine look_from
 
       !> Add the energy of a cell or a particle.
       subroutine take(energy)
-         real(dp), intent(in) :: energy(:)       !! [J], (displacements)
+         real(dp), intent(in) :: energy(:)       !! [J], (pairs)
          integer :: d
          do d = 1, size(energy)
             if (counts(d) .and. nearest(d) > 0) missing(d, nearest(d)) = missing(d, nearest(d)) + energy(d)
@@ -119,20 +126,20 @@ contains
       end associate
    end function material_of
 
-   !> Add the energy of an element, for the displacements for which it counts. Where it is not full particles integrate the error.
-   subroutine add_missing(m, e, n, counts, u, with, of_particles, recovered, missing)
+   !> Add the energy of an element, for the pairs for which it counts. Where it is not full particles integrate the error.
+   subroutine add_missing(m, e, n, counts, u, pairs, of_particles, recovered, missing)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: e
       integer, intent(in) :: n                   !! components of a stress
-      logical, intent(in) :: counts(:)           !! (displacements)
+      logical, intent(in) :: counts(:)           !! (pairs)
       real(dp), intent(in) :: u(:, :, :)         !! of the points [m], (ndim, n_points, displacements)
-      integer, intent(in) :: with(:)             !! (displacements)
+      type(pair_t), intent(in) :: pairs(:)
       real(dp), intent(in) :: of_particles(:, :) !! stresses of the particles, one after the other [Pa], (components, particles)
       real(dp), intent(in) :: recovered(:, :)    !! and at the points [Pa], (components, n_points)
-      real(dp), intent(inout) :: missing(:)      !! [J], (displacements)
+      real(dp), intent(inout) :: missing(:)      !! [J], (pairs)
       real(dp), parameter :: off = sqrt(1/12.0_dp)       ! of Gauss points from the middle, in cells
       real(dp), allocatable :: gradient(:, :, :)
-      real(dp) :: total, weight, shape(corners), slopes(corners, n_derivatives(m)), stress(n, size(missing))
+      real(dp) :: total, weight, shape(corners), slopes(corners, n_derivatives(m)), stress(n, size(u, 3))
       real(dp) :: gauss(ndim), x(ndim)
       integer :: i, k, at(corners), number       ! of the material
       if (.not. any(counts)) return
@@ -145,7 +152,7 @@ contains
          end do
          if (abs(total/m%grid%element_size(e)**ndim - 1) > not_full) then
             do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-               stress = reshape(of_particles(:, i), [n, size(missing)])
+               stress = reshape(of_particles(:, i), [n, size(u, 3)])
                call take_recovered(m%functions_of(i))
                call add(p%volume(i))
             end do
@@ -153,7 +160,7 @@ contains
          end if
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             if (b%count_in(e) > 1) then
-               stress = reshape(of_particles(:, i), [n, size(missing)])
+               stress = reshape(of_particles(:, i), [n, size(u, 3)])
                call add(p%volume(i))
                cycle
             end if
@@ -183,7 +190,7 @@ contains
       subroutine find_stress(derivatives)
          real(dp), intent(in) :: derivatives(:, :) !! [1/m]
          integer :: d
-         do d = 1, size(missing)
+         do d = 1, size(stress, 2)
             stress(:, d) = stress_of(m%materials(number), gradient_by(u(:, :, d), at, derivatives))
          end do
       end subroutine find_stress
@@ -193,7 +200,7 @@ contains
          real(dp), intent(in) :: functions(corners) !! [-]
          integer :: c, d
          do c = 1, corners
-            do d = 1, size(missing)
+            do d = 1, size(stress, 2)
                stress(:, d) = stress(:, d) - functions(c)*recovered(n*(d - 1) + 1:n*d, at(c))
             end do
          end do
@@ -204,7 +211,8 @@ contains
          real(dp), intent(in) :: volume          !! [m3]
          integer :: d
          do d = 1, size(missing)
-            if (counts(d)) missing(d) = missing(d) + volume*energy_of_stress(m%materials(number), stress(:, d), stress(:, with(d)))
+            if (counts(d)) missing(d) = missing(d) + volume*energy_of_stress(m%materials(number), stress(:, pairs(d)%of), &
+                                                                             stress(:, pairs(d)%with))
          end do
       end subroutine add
    end subroutine add_missing
@@ -238,35 +246,17 @@ contains
       if (size(h, 2) > ndim) stress(n_stress + 1) = material%small_hoop_stress(h_in_plane, hoop)
    end function stress_of
 
-   !> Particles in cells nearer to a place than a distance.
-   pure function particles_near(m, place, distance) result(near)
-      type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: place(ndim), distance !! in the reference configuration [m]
-      integer, allocatable :: near(:)
-      real(dp), parameter :: reach = 8           ! elements around a point, over hanging ones of quadratic cells
-      real(dp) :: far
-      integer :: i, n
-      near = spread(0, 1, m%particles%n)
-      n = 0
-      associate (p => m%particles)
-         do i = 1, p%n
-            far = distance + reach*m%grid%element_size(p%cell(i))
-            if (abs(p%reference(i, 1) - place(1)) > far) cycle
-            if (norm(p%reference(i, :) - place) > far) cycle
-            n = n + 1
-            near(n) = i
-         end do
-      end associate
-      near = near(:n)
-   end function particles_near
-
-   !> Particles at the displaced points; with a list only those in it, others stay where they were.
-   pure subroutine displace(m, u, p, among)
+   !> Particles at the displaced points; with a list only those in it, others stay where they were. A part of a second displacement
+   !> may be added.
+   pure subroutine displace(m, u, p, among, second, part)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       type(particles_t), intent(inout) :: p      !! from here before, or none
       integer, intent(in), optional :: among(:)
-      real(dp) :: slopes(m%grid%n_functions, ndim), shape(m%grid%n_functions), xi(ndim), moved(ndim)
+      real(dp), intent(in), optional :: second(:, :) !! as `u`
+      real(dp), intent(in), optional :: part     !! of it that is added
+      real(dp) :: around(ndim, m%grid%n_functions), slopes(m%grid%n_functions, ndim), shape(m%grid%n_functions)
+      real(dp) :: xi(ndim), moved(ndim)
       integer :: at(m%grid%n_functions), i, k, n, number
       if (p%n == 0) then
          p = m%particles
@@ -282,10 +272,14 @@ contains
             xi = m%local_of(i)
             slopes = m%grid%gradients_in(e, xi)
             shape = m%grid%functions_in(e, xi)
-            p%gradient(i, :, :) = gradient_by(u, at, slopes)
+            do k = 1, size(at)
+               around(:, k) = u(:, at(k))
+               if (present(second)) around(:, k) = around(:, k) + part*second(:, at(k))
+            end do
+            p%gradient(i, :, :) = matmul(around, slopes)
             moved = 0
             do k = 1, size(at)
-               moved = moved + u(:, at(k))*shape(k)
+               moved = moved + around(:, k)*shape(k)
             end do
             p%displacement(i, :) = moved
             if (allocated(p%widening)) p%widening(i) = p%displacement(i, 1)

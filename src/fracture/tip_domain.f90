@@ -1,7 +1,7 @@
 !> The discs of a domain integral around a crack tip, and the particles in them. In the total frame the weight and singular fields
 !> of a particle in a disc stay while mesh and tip stay.
 module hampm_tip_domain
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic, inside_cell
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_crack_tip, only: crack_tip_t
@@ -14,7 +14,8 @@ module hampm_tip_domain
    use hampm_tensors, only: norm, in_plane, identity
    implicit none
    private
-   public :: fields, tip_domain_t, place_t, places_t, fields_at, weight_nodes, list_places, fill_places, nodes_at_others
+   public :: fields, tip_domain_t, place_t, places_t, fields_at, weight_nodes, elements_of, particles_in, list_places, &
+             fill_places, nodes_at_others
 
    real(dp), parameter :: on_line = 1.0e-9_dp    !! part of an element within which of the crack's line a particle counts as on it
    real(dp), parameter :: singular = 1.0e-3_dp   !! part of an element within which of a tip a particle counts as at the tip
@@ -74,10 +75,12 @@ module hampm_tip_domain
       type(place_t), allocatable :: list(:)
       real(dp), allocatable :: q(:, :)           !! weight in each disc [-], (radii, places)
       real(dp), allocatable :: dq(:, :, :)       !! and its gradient [1/m], (ndim, radii, places)
-      real(dp), allocatable :: nodal(:, :)       !! weight at the points of the grid [-], (radii, n_points)
+      integer, allocatable :: point(:)           !! points of the grid with a weight
+      real(dp), allocatable :: nodal(:, :)       !! theirs [-], (radii, size(point))
       integer, private :: layout = -1            !! of the blocks that they are in
       real(dp), allocatable, private :: key(:)   !! of the tip that they are of, see `key_of`
    contains
+      procedure :: at_points
       procedure, private :: stay
    end type places_t
 
@@ -98,27 +101,97 @@ contains
    !> q at the points of the grid: 1 up to a part of the radius, then a cubic with level ends, 0 from the radius on.
    !>
    !> Between them q has the shape functions of the grid. That makes J nearly independent of the disc: the equilibrium of the nodes
-   !> holds for weights of just that kind, and the particles integrate them as they integrate the nodal forces.
-   pure subroutine weight_nodes(domain, grid, q, level)
+   !> holds for weights of just that kind, and the particles integrate them as they integrate the nodal forces. Only leaves around
+   !> the tip are looked at: there may be many tips.
+   pure subroutine weight_nodes(domain, grid, q, leaves, level)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       real(dp), allocatable, intent(out) :: q(:, :)  !! [-], (radii, n_points)
+      integer, allocatable, intent(out) :: leaves(:) !! all that have a point with a weight, ascending
       real(dp), intent(in), optional :: level    !! up to which q is 1, else half of each radius [m]
-      type(node_list_t) :: all
-      real(dp) :: inner(size(domain%radius)), x(ndim), reach
-      integer :: i
+      real(dp) :: inner(size(domain%radius)), x(ndim), reach, lower(ndim), upper(ndim)
+      integer :: i, k, e, c
       allocate (q(size(domain%radius), grid%n_points), source=0.0_dp)
       reach = maxval(domain%radius)
       inner = plateau*domain%radius
       if (present(level)) inner = level
-      do i = 1, grid%n_nodes
-         x = grid%node_position(:, i) - domain%tip
-         if (abs(x(1)) >= reach .or. abs(x(2)) >= reach) cycle
-         q(:, i) = weight_at(norm(x), domain%radius, inner)
+      lower = domain%tip - reach
+      upper = domain%tip + reach
+      leaves = grid%forest%leaves_in(lower, upper)
+      do k = 1, size(leaves)
+         do e = grid%leaf_element(leaves(k)), grid%leaf_element(leaves(k) + 1) - 1
+            do c = 1, corners
+               i = grid%element_nodes(c, e)
+               if (i > grid%n_nodes) cycle
+               x = grid%node_position(:, i) - domain%tip
+               if (abs(x(1)) >= reach .or. abs(x(2)) >= reach) cycle
+               q(:, i) = weight_at(norm(x), domain%radius, inner)
+            end do
+         end do
       end do
-      all = grid%dofs%every_node()
-      call grid%dofs%distribute(all, size(inner), q)
+      if (grid%dofs%n_hanging == 0) return
+      call spread_to_hanging(grid, q)
+      do i = grid%n_nodes + 1, grid%n_points     ! which may be farther out
+         if (.not. any(abs(q(:, i)) > 0)) cycle
+         lower = min(lower, grid%node_position(:, i))
+         upper = max(upper, grid%node_position(:, i))
+      end do
+      leaves = grid%forest%leaves_in(lower, upper)
    end subroutine weight_nodes
+
+   !> Give hanging points the weights of their masters.
+   pure subroutine spread_to_hanging(grid, q)
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(inout) :: q(:, :)         !! [-], (radii, n_points)
+      type(node_list_t) :: all
+      if (grid%dofs%n_hanging == 0) return
+      all = grid%dofs%every_node()
+      call grid%dofs%distribute(all, size(q, 1), q)
+   end subroutine spread_to_hanging
+
+   !> Elements of some leaves with particles, in the same order.
+   pure function elements_of(leaves, grid, blocks) result(elements)
+      integer, intent(in) :: leaves(:)
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, allocatable :: elements(:)
+      integer :: k, e, n
+      allocate (elements(sum(grid%leaf_element(leaves + 1) - grid%leaf_element(leaves))))
+      n = 0
+      do k = 1, size(leaves)
+         do e = grid%leaf_element(leaves(k)), grid%leaf_element(leaves(k) + 1) - 1
+            if (blocks%count_in(e) == 0) cycle
+            n = n + 1
+            elements(n) = e
+         end do
+      end do
+      elements = elements(:n)
+   end function elements_of
+
+   !> Particles in cells with a part in a disc around a tip.
+   pure function particles_in(tip, radius, grid, blocks) result(particles)
+      real(dp), intent(in) :: tip(ndim), radius  !! [m]
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      integer, allocatable :: particles(:), leaves(:), elements(:)
+      type(tip_domain_t) :: domain
+      real(dp), allocatable :: q(:, :)
+      integer :: k, i, n
+      domain%tip = tip
+      domain%radius = [radius]
+      call weight_nodes(domain, grid, q, leaves)
+      elements = elements_of(leaves, grid, blocks)
+      allocate (particles(sum(blocks%count_in(elements))))
+      n = 0
+      do k = 1, size(elements)
+         if (.not. any(q(1, grid%support_of(elements(k))) > 0)) cycle
+         do i = blocks%first_in(elements(k)), blocks%last_in(elements(k)), blocks%stride_in(elements(k))
+            n = n + 1
+            particles(n) = i
+         end do
+      end do
+      particles = particles(:n)
+   end function particles_in
 
    !> End the discs where bodies of other materials begin: within a disc their material forces would count as the tip's.
    pure subroutine end_at_others(domain, grid, p, q)
@@ -126,15 +199,13 @@ contains
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       real(dp), intent(inout) :: q(:, :)         !! [-], (radii, n_points)
-      type(node_list_t) :: all
       logical :: is_at_other(grid%n_points)
       integer :: i
       is_at_other = nodes_at_others(domain%tip, domain%spacing, domain%ends_at, grid, p)
       do i = 1, grid%n_nodes
          if (is_at_other(i)) q(:, i) = 0
       end do
-      all = grid%dofs%every_node()
-      call grid%dofs%distribute(all, size(q, 1), q)
+      call spread_to_hanging(grid, q)
    end subroutine end_at_others
 
    !> Points of cells with particles of some bodies, without those of the cell of a tip.
@@ -163,28 +234,26 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(particles_t), intent(in) :: p
       type(places_t), intent(inout) :: places
+      real(dp), allocatable :: q(:, :)           ! of the points of the grid [-], (radii, n_points)
       real(dp), allocatable :: weight(:)         ! of elements there
-      integer, allocatable :: inside(:)
-      logical, allocatable :: is_near(:)
-      integer :: k, i, n, found, largest
+      integer, allocatable :: leaves(:), elements(:), inside(:)
+      integer :: at(grid%n_functions), k, i, n, found, largest
       if (places%stay(domain, blocks, p)) return
       places%layout = -1
-      call weight_nodes(domain, grid, places%nodal)
-      if (allocated(domain%ends_at)) call end_at_others(domain, grid, p, places%nodal)
+      call weight_nodes(domain, grid, q, leaves)
+      if (allocated(domain%ends_at)) call end_at_others(domain, grid, p, q)
+      call keep_points(leaves, grid, q, places)
       largest = maxloc(domain%radius, dim=1)
-      allocate (is_near, source=abs(places%nodal(largest, :)) > 0)
-      allocate (weight(blocks%n_occupied), inside(blocks%n_occupied))
+      elements = elements_of(leaves, grid, blocks)
+      allocate (weight(size(elements)), inside(size(elements)))
       n = 0
-      do k = 1, blocks%n_occupied
-         associate (e => blocks%occupied(k))
-            if (grid%is_quadratic()) then
-               if (.not. any(is_near(grid%support_of(e)))) cycle
-            else if (.not. any(is_near(grid%element_nodes(:, e)))) then
-               cycle
-            end if
+      do k = 1, size(elements)
+         associate (e => elements(k))
+            at = grid%support_of(e)
+            if (.not. any(abs(q(largest, at)) > 0)) cycle
             if (.not. grid%is_in_first_field(e)) cycle ! bodies that meet the cracked one are not part of it
             inside(n + 1) = e
-            weight(n + 1) = sum(places%nodal(:, grid%support_of(e)))
+            weight(n + 1) = sum(q(:, at))
             if (weight(n + 1) > 0) n = n + 1
          end associate
       end do
@@ -203,19 +272,59 @@ contains
       end do
    end subroutine list_places
 
+   !> Keep the weights of the points of some leaves that have any.
+   pure subroutine keep_points(leaves, grid, q, places)
+      integer, intent(in) :: leaves(:)
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(inout) :: q(:, :)         !! [-], (radii, n_points); the same at the end
+      type(places_t), intent(inout) :: places
+      real(dp), allocatable :: nodal(:, :)
+      integer, allocatable :: point(:)
+      integer :: k, e, c, n
+      n = corners*sum(grid%leaf_element(leaves + 1) - grid%leaf_element(leaves))
+      allocate (point(n), nodal(size(q, 1), n))
+      n = 0
+      do k = 1, size(leaves)
+         do e = grid%leaf_element(leaves(k)), grid%leaf_element(leaves(k) + 1) - 1
+            do c = 1, corners
+               associate (i => grid%element_nodes(c, e))
+                  if (.not. any(abs(q(:, i)) > 0)) cycle
+                  n = n + 1
+                  point(n) = i
+                  nodal(:, n) = q(:, i)
+                  q(:, i) = 0                    ! it is listed once
+               end associate
+            end do
+         end do
+      end do
+      places%point = point(:n)
+      places%nodal = nodal(:, :n)
+      q(:, places%point) = places%nodal
+   end subroutine keep_points
+
+   !> Weights at all points of the grid.
+   pure function at_points(self, n_points) result(q)
+      class(places_t), intent(in) :: self
+      integer, intent(in) :: n_points
+      real(dp), allocatable :: q(:, :)           !! [-], (radii, n_points)
+      allocate (q(size(self%nodal, 1), n_points), source=0.0_dp)
+      q(:, self%point) = self%nodal
+   end function at_points
+
    !> Fill the listed places with their values in the discs, which may turn in the updated frame.
-   pure subroutine fill_places(domain, grid, blocks, p, places)
+   pure subroutine fill_places(domain, grid, blocks, p, nodal, places)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       type(particles_t), intent(in) :: p
+      real(dp), intent(in) :: nodal(:, :)        !! weights at the points [-], (radii, n_points)
       type(places_t), intent(inout) :: places
       integer :: n
       if (places%stay(domain, blocks, p)) return
       if (allocated(places%q)) deallocate (places%q, places%dq)
       allocate (places%q(size(domain%radius), size(places%list)), places%dq(ndim, size(domain%radius), size(places%list)))
       do n = 1, size(places%list)
-         call fill_place(domain, grid, p, places%nodal, places%list(n), places%q(:, n), places%dq(:, :, n))
+         call fill_place(domain, grid, p, nodal, places%list(n), places%q(:, n), places%dq(:, :, n))
       end do
       places%layout = blocks%layout
       places%key = key_of(domain)
@@ -229,14 +338,19 @@ contains
       real(dp), intent(in) :: nodal(:, :)        !! (radii, n_points)
       type(place_t), intent(inout) :: place
       real(dp), intent(out) :: q(:), dq(:, :)    !! (radii), (ndim, radii)
-      real(dp) :: gradient(grid%n_functions, ndim), to_reference(ndim, ndim), xi(ndim), x(ndim)
+      real(dp), dimension(grid%n_functions, ndim) :: gradient, in_grid
+      real(dp) :: to_reference(ndim, ndim), deformation(ndim, ndim), xi(ndim), x(ndim)
       integer :: k, r
       associate (i => place%particle, e => p%cell(place%particle))
          to_reference = domain%axes
-         if (.not. p%total_frame) to_reference = matmul(identity + p%gradient_of(i), to_reference)
+         if (.not. p%total_frame) then
+            deformation = identity + p%gradient_of(i)
+            to_reference = matmul(deformation, domain%axes)
+         end if
          xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
          call grid%shape_functions_in(e, xi, place%point, place%shape)
-         gradient = matmul(grid%gradients_in(e, xi), to_reference)
+         in_grid = grid%gradients_in(e, xi)
+         gradient = matmul(in_grid, to_reference)
          q = 0
          dq = 0
          do k = 1, grid%n_functions

@@ -109,8 +109,10 @@ contains
       real(dp), intent(in) :: radius             !! [m]
       real(dp) :: wanted
       wanted = (2*radius)**ndim
-      if (model%is_half()) wanted = wanted/2
-      covered = area_around(model, tip, radius) >= wanted - 4*radius*tolerance(model%grid)
+      associate (area => area_around(model, tip, radius) + 4*radius*tolerance(model%grid))
+         covered = area >= wanted
+         if (.not. covered) covered = area >= wanted/2 .and. model%is_half()
+      end associate
    end function is_covered
 
    !> The largest radius, at most `most`, around a tip whose box is full of material [m]; 0 if there is none. It is `most` or ends

@@ -102,11 +102,12 @@ contains
       real(dp), parameter :: same = 1e-3_dp      ! distance of points at one place, on both sides of a kink [cells]
       real(dp), allocatable :: way(:) ! from the place to the points [m]
       integer :: k, near, next
-      allocate (way(interfaces%n))
-      way = [(dot_product(interfaces%list(k)%place - x, toward), k=1, interfaces%n)]
+      allocate (way(interfaces%n), source=-1.0_dp)
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%line /= line .or. all(point%law /= [contact, cohesive]) .or. way(k) > far*point%cell) way(k) = -1
+            if (point%line /= line .or. point%law /= contact .and. point%law /= cohesive) cycle
+            way(k) = dot_product(point%place - x, toward)
+            if (way(k) > far*point%cell) way(k) = -1
          end associate
       end do
       is_there = count(way > 0) > 1

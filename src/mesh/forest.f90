@@ -30,6 +30,7 @@ module hampm_forest
       procedure :: leaf_at
       procedure :: leaf_of
       procedure :: leaves_of_root
+      procedure :: leaves_in
       procedure :: place_at
       procedure :: place_of
       procedure :: level_of
@@ -119,6 +120,50 @@ contains
       first = self%first_leaf(root)
       last = self%first_leaf(root + 1) - 1
    end subroutine leaves_of_root
+
+   !> Leaves that a box meets, ascending.
+   pure function leaves_in(self, lower, upper) result(leaves)
+      class(forest_t), intent(in) :: self
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
+      integer, allocatable :: leaves(:)
+      integer :: from(ndim), to(ndim), c(ndim), k, first, last, leaf, n
+      real(dp) :: x(ndim), half
+      from = int(min(max((lower - self%lower)/self%cell - 1, 0.0_dp), real(self%cells - 1, dp)))
+      to = int(min(max((upper - self%lower)/self%cell + 1, 0.0_dp), real(self%cells - 1, dp)))
+      n = 0
+      do k = 1, product(to - from + 1)
+         c = root_in_box(k)
+         call self%leaves_of_root(c, first, last)
+         n = n + last - first + 1
+      end do
+      allocate (leaves(n))
+      n = 0
+      do k = 1, product(to - from + 1)
+         c = root_in_box(k)
+         call self%leaves_of_root(c, first, last)
+         do leaf = first, last
+            x = self%middle_of(leaf)
+            half = self%size_of(leaf)/2 + self%tolerance()
+            if (any(x + half < lower .or. x - half > upper)) cycle
+            n = n + 1
+            leaves(n) = leaf
+         end do
+      end do
+      leaves = leaves(:n)
+
+   contains
+
+      !> Lattice coordinates of one of the roots around the box.
+      pure function root_in_box(k) result(c)
+         integer, intent(in) :: k
+         integer :: c(ndim), rest, d
+         rest = k - 1
+         do d = 1, ndim
+            c(d) = from(d) + mod(rest, to(d) - from(d) + 1)
+            rest = rest/(to(d) - from(d) + 1)
+         end do
+      end function root_in_box
+   end function leaves_in
 
    !> Number of the root that covers a place.
    pure integer function root_of(self, place)
