@@ -145,7 +145,7 @@ contains
          call displace(problem, crack%u, p)
          found = values
          call estimate_rates(problem, crack%scale*crack%factors, tip, p, &
-                             nodal_state_t(divergence=crack%acceleration), extrapolation, found, failure)
+                             nodal_state_t(divergence=crack%divergence), extrapolation, found, failure)
          if (failure%failed()) return
          errors%by_mode = .true.
          errors%of_tip = crack%part_of_tip()
@@ -279,7 +279,7 @@ contains
          call displace(problem, static_tips%u, p, near, static_tips%moved(:, :, group), way)
          associate (values => found(merge(2, 1, any(abs(shift) > 0))))
             call measure_domain(problem, static_tips%scale*static_tips%factors, tip, p, &
-                                nodal_state_t(divergence=static_tips%acceleration), values, shift)
+                                nodal_state_t(divergence=static_tips%divergence), values, shift)
             k = values%intensity
             j = values%j(1)
          end associate

@@ -17,13 +17,15 @@ module hampm_expected_error
    use hampm_estimated_errors, only: hardly, uncertainty
    use hampm_interface_points, only: interfaces_t, contact, overlap_of, along_faces, length_along
    use hampm_jumps, only: jump_of
-   use hampm_problem, only: problem_t
+   use hampm_problem, only: problem_t, is_weighed, refresh_grid
    use hampm_quadratic_tip_offset, only: quadratic_tip_offset
    use hampm_rigid_motions, only: free_motions_t, find_free_motions, take_inertia, take_motion_as_whole
    use hampm_stiffness, only: stiffness_t, is_larger, kind_at_rest, new_stiffness, full_loads
    use hampm_element_stiffness, only: derivatives_at, n_derivatives
    use hampm_tip_domain, only: tip_domain_t, weight_nodes, elements_of, fields_at
-   use hampm_loads, only: factors_at, largest_factors
+   use hampm_failure, only: failure_t
+   use hampm_loads, only: add_load, factors_at, largest_factors
+   use hampm_mass_solver, only: solve_aside
    use hampm_material, only: material_t
    use hampm_tensors, only: norm, identity, trace
    use hampm_tolerance, only: bounded_ratio
@@ -40,7 +42,8 @@ module hampm_expected_error
       real(dp) :: scale = 1                      !! scale of these loads [-]
       real(dp) :: energy = 0                     !! half of the work of the forces [J]
       real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
-      real(dp), allocatable :: acceleration(:, :) !! of them, where nothing holds the material as a whole [m/s2], (ndim, n_points)
+      real(dp), allocatable :: divergence(:, :)  !! (div stress)/rho: the acceleration of what nothing holds, less that by body
+                                                 !! loads; 0 for fixed components [m/s2], (ndim, n_points)
       type(free_motions_t), private :: free      !! its rigid-body modes then
    end type static_model_t
 
@@ -187,6 +190,7 @@ contains
       type(static_model_t), intent(out) :: model
       real(dp), intent(in), optional :: time     !! [s]
       real(dp), allocatable :: force(:, :), shift(:, :), held_back(:, :) ! of moved supports, and its forces
+      real(dp), allocatable :: by_body_loads(:, :) ! acceleration [m/s2]
       real(dp), parameter :: nothing = 1.0e-10_dp !! rounding of forces, as part of them
       type(interfaces_t) :: before
       real(dp) :: largest                        ! [N]
@@ -198,13 +202,15 @@ contains
       model%factors = largest_factors(m%loads)
       if (present(time)) model%factors = factors_at(m%loads, time)
       call full_loads(m, force, model%factors)
+      call accelerate_by_body_loads(m, force, model%factors, by_body_loads)
       if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not forces that stop bodies, which have no size
       call add_eigenstrains(m, force)
       call hold_back(m, shift, held_back, time)
       force = force + held_back
       largest = maxval(abs(force))
       call find_free_motions(m, model%free)
-      call take_inertia(model%free, force, model%acceleration)
+      call take_inertia(model%free, force, model%divergence)
+      model%divergence = model%divergence - by_body_loads
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force) ! hanging nodes are held with their masters
       model%known = maxval(m%constraints%free*abs(force)) > nothing*max(largest, maxval(abs(force)))
       do turn = 1, most_turns
@@ -220,9 +226,35 @@ contains
       m%interfaces = before
       if (.not. model%known) return
       if (.not. any(m%materials%has_eigenstrain)) call make_small(m, model%u, model%scale)
-      model%acceleration = model%scale*model%acceleration
+      model%divergence = model%scale*model%divergence
       model%energy = model%scale**2*model%energy
    end subroutine find_equilibrium
+
+   !> The acceleration by loads on all material alone, by the mass matrix, as a run finds it (`find_nodal_state`); without any load
+   !> that of the forces that stop bodies [m/s2].
+   subroutine accelerate_by_body_loads(m, all_loads, factors, acceleration)
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: all_loads(:, :)    !! [N], (ndim, n_points)
+      real(dp), intent(in) :: factors(:)         !! of the loads [-]
+      real(dp), allocatable, intent(out) :: acceleration(:, :) !! (ndim, n_points)
+      type(failure_t) :: unsolved                !! then it is left out
+      real(dp), allocatable :: force(:, :)
+      integer :: k
+      allocate (acceleration, source=0*all_loads)
+      if (.not. (any(m%loads%by_mass) .or. size(m%loads) == 0)) return
+      force = acceleration
+      do k = 1, size(m%loads)
+         if (m%loads(k)%by_mass) call add_load(m%loads(k), factors(k), force)
+      end do
+      if (size(m%loads) == 0) force = all_loads
+      if (.not. is_weighed(m)) call refresh_grid(m)
+      associate (all => m%fields%mass_matrix%all)
+         call m%grid%dofs%condense(all, ndim, force)
+         call solve_aside(m%solver, m%grid, m%fields%mass_matrix, force, acceleration, unsolved)
+         if (unsolved%failed()) acceleration = 0
+         call m%grid%dofs%distribute(all, ndim, acceleration)
+      end associate
+   end subroutine accelerate_by_body_loads
 
    !> The displacement of moved supports at a time, or by their largest factors, of all other points 0, and the forces with which
    !> the material next to them acts against it.
@@ -502,7 +534,7 @@ contains
       do k = 1, size(tips)
          pressure = model%scale*sum(model%factors*m%loads%pressure, mask=m%loads%line == tips(k)%crack)/(2*ndim)
          associate (last => (1 + modes)*is_static%group(k))
-            call add_forces(m, model%u, tips(k), pressure, forces(:, :, last - modes:last))
+            call add_forces(m, model, tips(k), pressure, forces(:, :, last - modes:last))
          end associate
       end do
       do k = 1, size(forces, 3)
@@ -543,9 +575,9 @@ contains
 
    !> Add the forces -K' u of a tip [N/m], without stress-free strain, and -K' a/(2 B Y) of a unit K of each mode
    !> [Pa sqrt(m)/m]. A uniform stress p I makes faces under pressure p free.
-   subroutine add_forces(m, u, tip, pressure, forces)
+   subroutine add_forces(m, model, tip, pressure, forces)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
+      class(static_model_t), intent(in) :: model
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(in) :: pressure           !! on its faces [Pa]
       real(dp), intent(inout) :: forces(:, :, 0:) !! (ndim, n_points, 0:modes)
@@ -555,7 +587,9 @@ contains
       integer, allocatable :: leaves(:), elements(:)
       real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), with_hoop(ndim, n_derivatives(m)), x(ndim), over(modes)
       real(dp) :: g(ndim, ndim), g_33, h(ndim, ndim) ! g_33 is 0 in a plane
+      real(dp) :: shape(m%grid%n_functions), along ! way of the material along the gradient of its moduli, over that of the tip
       integer :: at(m%grid%n_functions), n, i, mode
+      logical :: is_graded
       domain%tip = tip%now
       domain%radius = [maxval(tip%radii)]
       call weight_nodes(domain, m%grid, q, leaves, max(domain%radius(1)/2, min(disc_of_shifts(tip) + tip%nodes%spacing, &
@@ -568,17 +602,23 @@ contains
       associate (p => m%particles, b => m%blocks)
          do n = 1, size(elements)
             at = m%grid%support_of(elements(n))
-            if (.not. maxval(q(1, at)) > minval(q(1, at))) cycle
+            is_graded = m%materials(m%particles%material(b%first_in(elements(n))))%is_graded() .and. maxval(q(1, at)) > 0
+            if (.not. (maxval(q(1, at)) > minval(q(1, at)) .or. is_graded)) cycle
             do i = b%first_in(elements(n)), b%last_in(elements(n)), b%stride_in(elements(n))
                gradient = derivatives_at(m, i)
                with_hoop = spread(tip%direction, 2, n_derivatives(m))*spread(matmul(q(1, at), gradient), 1, ndim)
                g = with_hoop(:, :ndim)
                g_33 = sum(with_hoop(1, ndim + 1:))
-               with_hoop = matmul(u(:, at), gradient)
+               with_hoop = matmul(model%u(:, at), gradient)
+               shape = m%functions_of(i)
                associate (material => m%materials(p%material(i)))
+                  along = 0
+                  if (is_graded) along = dot_product(material%slice%direction, tip%direction)*dot_product(shape, q(1, at))
+                  forces(:, at, 0) = forces(:, at, 0) - p%volume(i)*material%density*(trace(g) + g_33) &
+                                     *spread(matmul(model%divergence(:, at), shape), 2, size(at))*spread(shape, 1, ndim)
                   call add(material, with_hoop(:, :ndim) - material%free, sum(with_hoop(1, ndim + 1:)) - material%free_hoop, &
                            pressure, 0)
-                  if (.not. maxval(abs(g)) > 0) cycle ! at the tip itself
+                  if (.not. (maxval(abs(g)) > 0 .or. is_graded)) cycle ! at the tip itself
                   x = matmul(p%place_in_grid(i) - tip%now, tip%axis)
                   do mode = 1, modes
                      h = over(mode)*field(merge(2, 1, x(2) < 0))%gradient(mode, x)
@@ -601,11 +641,14 @@ contains
          strained = h + material%strain_of_pressure(pressure)
          strained_33 = h_33
          if (material%is_ring) strained_33 = h_33 + strained(1, 1) - h(1, 1)
-         stress_33 = (material%small_hoop_stress(h, h_33) + pressure)*trace(g) &
+         stress_33 = material%small_hoop_stress(h, h_33)
+         stress_33 = (stress_33 + pressure)*trace(g) + along*material%slice%rate*stress_33 &
                      - material%small_hoop_stress(matmul(strained, g), strained_33*g_33)
-         stress = material%small_strain_stress(h, h_33) + pressure*identity
-         stress = stress*(trace(g) + g_33) - matmul(stress, transpose(g)) &
+         stress = material%small_strain_stress(h, h_33)
+         stress = along*material%slice%rate*stress + (stress + pressure*identity)*(trace(g) + g_33) &
+                  - matmul(stress + pressure*identity, transpose(g)) &
                   - material%small_strain_stress(matmul(strained, g), strained_33*g_33)
+         if (number == 0 .and. is_graded) stress = stress - along*material%small_strain_stress(material%slice%free_rate, 0.0_dp)
          associate (volume => m%particles%volume(i), force => forces(:, :, number))
             force(:, at) = force(:, at) - volume*matmul(stress, transpose(gradient(:, :ndim)))
             if (material%is_ring) force(1, at) = force(1, at) - volume*stress_33*gradient(:, ndim + 1)
