@@ -68,34 +68,34 @@ module hampm_rule_table
       'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp']
 
    character(name_len), parameter :: values_2(*) = [character(name_len) :: 'sine', 'table', 'table', 'ramp', 'smooth_ramp', &
-      'sine', 'table', 'step', 'explicit', 'implicit', 'undeformed', 'step', 'explicit', 'implicit', 'static', 'explicit', &
-      'implicit', 'axisymmetric', 'stick', 'frictionless', 'friction', 'absorbing', 'point', 'body', 'traction', 'pressure', &
-      'traction', 'absorbing', 'pressure', 'edge', 'traction', 'pressure', 'absorbing', 'crack', 'left', 'right', 'gravity', &
-      'gravity', 'pressure', 'crack', 'gravity', 'pressure', 'crack', 'pressure', 'gravity', 'absorbing', 'absorbing', &
-      'absorbing', 'absorbing', 'static', 'absorbing', 'reference', 'fastest', 'absorbing', 'pressure', 'gravity', 'crack', &
-      'pressure', 'pressure', 'crack', 'left', 'right', 'pressure', 'gravity', 'absorbing', 'crack', 'line', 'path', 'plane', &
-      'crack', 'crack', 'step', 'friction', 'frictionless', 'friction', 'stick', 'frictionless', 'friction', 'stick', &
-      'frictionless', 'friction', 'static', 'implicit', 'modal', 'stick', 'frictionless', 'friction', 'explicit', 'total', &
-      'stick', 'frictionless', 'friction', 'updated', 'updated', 'static', 'total', 'updated', 'implicit', 'modal', 'total', &
-      'updated', 'total', 'updated', 'symmetry', '{growth laws in motion}', 'total', 'cpdi', 'updated', 'reference', &
-      'static', 'implicit', 'modal', 'explicit', 'reference', 'cpdi', 'linear', 'reference', 'consistent', 'partial', 'fmpm', &
-      'weighted', 'lumped', 'reference', 'b_bar', 'standard', 'reference', 'fastest', 'reference', 'fastest', 'reference', &
-      'fastest', 'reference', 'stick', 'frictionless', 'friction', 'bonded', 'reference', 'frictionless', 'friction', 'none', &
-      'reference', 'reference', 'fmpm', 'implicit', 'modal', 'consistent', 'lumped', 'partial', 'fmpm', 'weighted', &
-      'explicit', 'implicit', 'modal', 'consistent', 'cg', 'direct', 'cg', 'modal', 'direct', '{laws of any strain}', &
-      'modal', 'linear_elastic', '{laws with a history}', 'modal', 'linear_elastic', 'frictionless', 'friction', 'modal', &
-      'implicit', 'modal', 'implicit', 'modal', 'implicit', 'modal', 'implicit', 'modal', 'implicit', 'absorbing', 'modal', &
+      'sine', 'table', 'step', 'explicit', 'implicit', 'modal', 'undeformed', 'step', 'explicit', 'implicit', 'modal', &
+      'static', 'explicit', 'implicit', 'axisymmetric', 'stick', 'frictionless', 'friction', 'absorbing', 'point', 'body', &
+      'traction', 'pressure', 'traction', 'absorbing', 'pressure', 'edge', 'traction', 'pressure', 'absorbing', 'crack', &
+      'left', 'right', 'gravity', 'gravity', 'pressure', 'crack', 'gravity', 'pressure', 'crack', 'pressure', 'gravity', &
+      'absorbing', 'absorbing', 'absorbing', 'absorbing', 'static', 'absorbing', 'reference', 'fastest', 'absorbing', &
+      'pressure', 'gravity', 'crack', 'pressure', 'pressure', 'crack', 'left', 'right', 'pressure', 'gravity', 'absorbing', &
+      'crack', 'line', 'path', 'plane', 'crack', 'crack', 'step', 'friction', 'frictionless', 'friction', 'stick', &
+      'frictionless', 'friction', 'stick', 'frictionless', 'friction', 'static', 'implicit', 'modal', 'stick', &
+      'frictionless', 'friction', 'explicit', 'total', 'stick', 'frictionless', 'friction', 'updated', 'updated', 'static', &
+      'total', 'updated', 'implicit', 'modal', 'total', 'updated', 'total', 'updated', 'symmetry', '{growth laws in motion}', &
+      'total', 'cpdi', 'updated', 'reference', 'static', 'implicit', 'modal', 'explicit', 'reference', 'cpdi', 'linear', &
+      'reference', 'consistent', 'partial', 'fmpm', 'weighted', 'lumped', 'reference', 'b_bar', 'standard', 'reference', &
+      'fastest', 'reference', 'fastest', 'reference', 'fastest', 'reference', 'stick', 'frictionless', 'friction', 'bonded', &
+      'reference', 'frictionless', 'friction', 'none', 'reference', 'reference', 'fmpm', 'implicit', 'modal', 'consistent', &
+      'lumped', 'partial', 'fmpm', 'weighted', 'explicit', 'implicit', 'modal', 'consistent', 'cg', 'direct', 'cg', 'modal', &
+      'direct', '{laws of any strain}', 'modal', 'linear_elastic', '{laws with a history}', 'modal', 'linear_elastic', &
+      'frictionless', 'friction', 'modal', 'implicit', 'modal', 'implicit', 'modal', 'implicit', 'absorbing', 'modal', &
       'implicit', '{indicators of the motion}', 'modal', 'tip', 'modal', 'cg', 'explicit', 'implicit', 'direct', 'implicit', &
       'implicit', 'implicit', 'refined', 'partial', '{indicators}', 'static', 'modal', 'static', 'implicit', 'modal', &
-      'static']
+      'static', 'modal', 'explicit']
 
-   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'modal', 'explicit', 'implicit', 'updated', &
-      'static', 'static', 'stick', 'frictionless', 'friction', 'undeformed', 'static', 'b_bar', '{laws of any strain}', &
-      'standard', 'static', 'static', 'fmpm', 'weighted', 'partial', 'partial', 'partial', 'partial', 'refined', 'partial', &
-      'refined', 'direct', 'explicit', 'lumped', 'fmpm', 'static', 'usf', '{growth laws in motion}', 'musl', 'usavg', &
-      '{growth laws in motion}', 'musl', 'lumped', '{growth laws in motion}', 'weighted', 'tip', '{indicators of one body}', &
-      'stick', 'frictionless', 'friction', 'zz', '{indicators of the motion}', 'explicit', 'implicit', 'tip', '{indicators}', &
-      '{indicators}', '{indicators}', '{indicators}', 'gradient', 'gradient', 'gradient', 'gradient', 'zz', 'tip', &
+   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'implicit', 'updated', 'static', 'static', &
+      'stick', 'frictionless', 'friction', 'undeformed', 'static', 'b_bar', '{laws of any strain}', 'standard', 'static', &
+      'static', 'fmpm', 'weighted', 'partial', 'partial', 'partial', 'partial', 'refined', 'partial', 'refined', 'direct', &
+      'explicit', 'lumped', 'fmpm', 'static', 'usf', '{growth laws in motion}', 'musl', 'usavg', '{growth laws in motion}', &
+      'musl', 'lumped', '{growth laws in motion}', 'weighted', 'tip', '{indicators of one body}', 'stick', 'frictionless', &
+      'friction', 'zz', '{indicators of the motion}', 'explicit', 'implicit', 'tip', '{indicators}', '{indicators}', &
+      '{indicators}', '{indicators}', 'gradient', 'gradient', 'gradient', 'gradient', 'zz', 'tip', &
       '{indicators of the motion}', 'static', '{indicators of the motion}', '{indicators of the motion}', 'static', &
       '{indicators of the motion}', 'symmetry', 'line', 'plane', 'straight', 'disc', 'ellipse', 'polygon', 'straight', &
       'disc', 'ellipse', 'disc', 'ellipse', 'disc', 'ellipse', 'polygon', 'path', 'path', 'polygon', 'path', 'symmetry', &
@@ -115,26 +115,27 @@ module hampm_rule_table
       'fatigue', 'fatigue', 'fatigue', '{growth laws at rest}', '{growth laws in motion by toughness}', &
       '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}', &
       '{growth laws in motion by toughness}', 'symmetry', 'hutchinson_suo', 'benzeggagh_kenane', 'benzeggagh_kenane', &
-      'benzeggagh_kenane', '{growth laws at rest}', '{growth laws at rest}', 'path', 'path', 'path', '{growth laws at rest}']
+      'benzeggagh_kenane', '{growth laws at rest}', '{growth laws at rest}', 'path', 'path', 'path', '{growth laws at rest}', &
+      'hoop_stress', 'local_symmetry']
 
-   character(name_len), parameter :: values_4(*) = [character(name_len) :: 'hoop_stress', 'local_symmetry', 'max_energy', &
-      'path', 'symmetry', 'straight', 'last', 'first', '{growth laws at rest}', 'largest', 'largest', &
-      '{growth laws at rest}', 'all', 'first', 'symmetry', 'largest', 'last', 'symmetry', 'static', 'symmetry', 'crack', &
-      'frictionless', 'friction', 'none', '{laws of any strain}', 'linear_elastic', 'orthotropic', '{laws with a history}', &
-      'linear_elastic', 'orthotropic', '{estimators}', '{estimators at nodes}', 'domain_integral', '{estimators at nodes}', &
-      'symmetry', 'domain_integral', '{estimators at nodes}', 'domain_integral', '{estimators of elastic material}', &
-      '{laws with a history}', 'domain_integral', 'stress_closure', 'crack', 'domain_integral', &
-      '{estimators of isotropic material}', 'orthotropic', 'domain_integral', '{estimators for traction-free faces}', &
-      'frictionless', 'friction', 'domain_integral', '{estimators for traction-free faces}', 'crack', 'domain_integral', &
-      '{estimators for traction-free faces}', 'left', 'right', 'domain_integral', '{estimators for traction-free faces}', &
-      'domain_integral', '{estimators for stationary tips}', 'domain_integral', '{estimators for stationary tips}', &
-      'domain_integral', 'domain_integral', '{laws with a history}', 'material_force', '{laws with a history}', &
-      'domain_integral', '{laws with a history}', '{growth laws in motion}', 'domain_integral', '{laws with a history}', &
-      'orthotropic', 'symmetry', 'frictionless', 'friction', '{growth laws in motion}', '{estimators by radii}', 'value', &
-      'value', 'dcb', 'symmetry', 'line', 'plane', 'straight', 'dcb', 'dcb', 'orthotropic', 'dcb', 'pressure', 'gravity', &
-      'dcb', 'displacement', 'velocity', 'stress', 'strain', 'displacement', 'velocity', 'stress', 'strain', 'velocity', &
-      'static', 'left', 'right', 'opening', 'volume', 'opening', 'volume', 'load_line', 'load_line', 'opening', 'volume', &
-      'opening', 'volume', 'load_line', 'opening', 'opening', 'load_line', 'first', 'opening']
+   character(name_len), parameter :: values_4(*) = [character(name_len) :: 'max_energy', 'path', 'symmetry', 'straight', &
+      'last', 'first', '{growth laws at rest}', 'largest', 'largest', '{growth laws at rest}', 'all', 'first', 'symmetry', &
+      'largest', 'last', 'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', &
+      '{laws of any strain}', 'linear_elastic', 'orthotropic', '{laws with a history}', 'linear_elastic', 'orthotropic', &
+      '{estimators}', '{estimators at nodes}', 'domain_integral', '{estimators at nodes}', 'symmetry', 'domain_integral', &
+      '{estimators at nodes}', 'domain_integral', '{estimators of elastic material}', '{laws with a history}', &
+      'domain_integral', 'stress_closure', 'crack', 'domain_integral', '{estimators of isotropic material}', 'orthotropic', &
+      'domain_integral', '{estimators for traction-free faces}', 'frictionless', 'friction', 'domain_integral', &
+      '{estimators for traction-free faces}', 'crack', 'domain_integral', '{estimators for traction-free faces}', 'left', &
+      'right', 'domain_integral', '{estimators for traction-free faces}', 'domain_integral', &
+      '{estimators for stationary tips}', 'domain_integral', '{estimators for stationary tips}', 'domain_integral', &
+      'domain_integral', '{laws with a history}', 'material_force', '{laws with a history}', 'domain_integral', &
+      '{laws with a history}', '{growth laws in motion}', 'domain_integral', '{laws with a history}', 'orthotropic', &
+      'symmetry', 'frictionless', 'friction', '{growth laws in motion}', '{estimators by radii}', 'value', 'value', 'dcb', &
+      'symmetry', 'line', 'plane', 'straight', 'dcb', 'dcb', 'orthotropic', 'dcb', 'pressure', 'gravity', 'dcb', &
+      'displacement', 'velocity', 'stress', 'strain', 'displacement', 'velocity', 'stress', 'strain', 'velocity', 'static', &
+      'left', 'right', 'opening', 'volume', 'opening', 'volume', 'load_line', 'load_line', 'opening', 'volume', 'opening', &
+      'volume', 'load_line', 'opening', 'opening', 'load_line', 'first', 'opening']
 
    character(name_len), parameter :: values(*) = [values_1, values_2, values_3, values_4]
 
@@ -570,756 +571,750 @@ module hampm_rule_table
       atom_t(2, is_set, 5, 5, 208, 207, 0.0_dp), &
       atom_t(0, is_set, 5, 4, 208, 207, 0.0_dp), &
       atom_t(0, is_one_of, 5, 6, 208, 208, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 209, 210, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 5, 211, 211, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 212, 211, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 212, 212, 0.0_dp), &
-      atom_t(0, is_above, 5, 7, 213, 212, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 213, 214, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 5, 215, 215, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 14, 216, 215, 1.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 216, 216, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 217, 217, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 218, 217, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 218, 217, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 218, 217, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 218, 217, 1.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 218, 218, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 219, 218, 1.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 219, 221, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 222, 221, 1.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 222, 222, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 223, 224, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 225, 224, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 225, 224, 0.0_dp), &
-      atom_t(1, is_set, 6, 5, 225, 224, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 225, 225, 0.0_dp), &
-      atom_t(1, is_set, 6, 5, 226, 225, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 226, 226, 0.0_dp), &
-      atom_t(1, is_set, 6, 6, 227, 226, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 227, 228, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 229, 228, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 229, 228, 0.0_dp), &
-      atom_t(2, is_set, 6, 4, 229, 228, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 229, 229, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 230, 230, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 209, 211, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 212, 212, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 213, 212, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 213, 213, 0.0_dp), &
+      atom_t(0, is_above, 5, 7, 214, 213, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 214, 216, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 217, 217, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 14, 218, 217, 1.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 218, 218, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 219, 219, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 220, 219, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 220, 219, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 220, 219, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 220, 219, 1.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 220, 220, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 221, 220, 1.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 221, 223, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 224, 223, 1.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 224, 224, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 225, 226, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 227, 226, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 227, 226, 0.0_dp), &
+      atom_t(1, is_set, 6, 5, 227, 226, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 227, 227, 0.0_dp), &
+      atom_t(1, is_set, 6, 5, 228, 227, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 228, 228, 0.0_dp), &
+      atom_t(1, is_set, 6, 6, 229, 228, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 229, 230, 0.0_dp), &
       atom_t(1, is_set, 6, 2, 231, 230, 0.0_dp), &
       atom_t(1, is_set, 6, 3, 231, 230, 0.0_dp), &
       atom_t(2, is_set, 6, 4, 231, 230, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 231, 230, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 231, 230, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 231, 230, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 231, 230, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 231, 230, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 231, 230, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 231, 230, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 231, 233, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 234, 233, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 234, 234, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 235, 234, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 235, 236, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 231, 231, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 232, 232, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 233, 232, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 233, 232, 0.0_dp), &
+      atom_t(2, is_set, 6, 4, 233, 232, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 233, 232, 0.0_dp), &
+      atom_t(0, is_set, 6, 2, 233, 232, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 233, 232, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 233, 232, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 233, 232, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 233, 232, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 233, 232, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 233, 235, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 236, 235, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 236, 236, 0.0_dp), &
       atom_t(0, is_set, 6, 4, 237, 236, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 237, 236, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 6, 1, 237, 237, 0.0_dp), &
-      atom_t(1, is_set, 6, 9, 238, 237, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 238, 237, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 238, 238, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 239, 238, 0.0_dp)]
+      atom_t(1, is_one_of, 6, 10, 237, 238, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 239, 238, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 239, 238, 0.0_dp, a_solid), &
+      atom_t(0, is_one_of, 6, 1, 239, 239, 0.0_dp), &
+      atom_t(1, is_set, 6, 9, 240, 239, 0.0_dp), &
+      atom_t(0, is_set, 6, 2, 240, 239, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 240, 240, 0.0_dp), &
+      atom_t(0, is_set, 6, 2, 241, 240, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_5(*) = [ &
-      atom_t(1, is_one_of, 6, 1, 239, 239, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 240, 240, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 241, 240, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 241, 241, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 242, 241, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 242, 242, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 243, 243, 0.0_dp), &
-      atom_t(0, is_set, 6, 5, 244, 243, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 244, 246, 0.0_dp), &
-      atom_t(0, is_set, 6, 11, 247, 246, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 247, 247, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 248, 247, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 248, 248, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 249, 249, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 250, 250, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 242, 242, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 243, 242, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 243, 243, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 244, 243, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 244, 244, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 245, 245, 0.0_dp), &
+      atom_t(0, is_set, 6, 5, 246, 245, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 246, 248, 0.0_dp), &
+      atom_t(0, is_set, 6, 11, 249, 248, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 249, 249, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 250, 249, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 250, 250, 0.0_dp), &
       atom_t(0, is_one_of, 6, 1, 251, 251, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 9, 252, 252, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 9, 253, 253, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 254, 254, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 255, 254, 2.0_dp), &
-      atom_t(1, is_named, 0, 0, 255, 254, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 2, 4, 255, 254, 1.0_dp), &
-      atom_t(0, is_set, 6, 6, 255, 254, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 255, 255, 0.0_dp), &
-      atom_t(0, is_set, 6, 9, 256, 255, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 256, 256, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 257, 257, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 252, 252, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 253, 253, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 254, 254, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 255, 255, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 256, 256, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 257, 256, 2.0_dp), &
+      atom_t(1, is_named, 0, 0, 257, 256, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 2, 4, 257, 256, 1.0_dp), &
+      atom_t(0, is_set, 6, 6, 257, 256, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 257, 257, 0.0_dp), &
+      atom_t(0, is_set, 6, 9, 258, 257, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 258, 258, 0.0_dp), &
-      atom_t(0, is_set, 6, 8, 259, 258, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 259, 259, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 260, 260, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 10, 261, 262, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 263, 265, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 266, 266, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 267, 266, 0.0_dp), &
-      atom_t(0, is_set, 6, 8, 267, 266, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 267, 269, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 270, 270, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 271, 270, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 6, 8, 271, 270, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 271, 271, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 272, 271, 0.0_dp, a_pressed_path_that_grows_in_motion), &
-      atom_t(0, is_below, 6, 12, 272, 271, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 272, 272, 0.0_dp), &
-      atom_t(0, is_one_of, 8, 1, 273, 273, 0.0_dp), &
-      atom_t(1, is_above, 8, 2, 274, 273, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 274, 274, 0.0_dp), &
-      atom_t(0, is_set, 8, 2, 275, 274, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 275, 275, 0.0_dp), &
-      atom_t(0, is_set, 8, 3, 276, 275, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 276, 278, 0.0_dp), &
-      atom_t(0, is_one_of, 8, 1, 279, 281, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 282, 281, 2.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 282, 281, 1.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 282, 284, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 285, 287, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 288, 288, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 289, 289, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 290, 292, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 293, 293, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 294, 294, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 295, 295, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 296, 296, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 297, 297, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 298, 299, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 300, 300, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 301, 301, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 302, 301, 2.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 259, 259, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 260, 260, 0.0_dp), &
+      atom_t(0, is_set, 6, 8, 261, 260, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 261, 261, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 262, 262, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 10, 263, 264, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 265, 267, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 268, 268, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 269, 268, 0.0_dp), &
+      atom_t(0, is_set, 6, 8, 269, 268, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 269, 271, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 272, 272, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 273, 272, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 6, 8, 273, 272, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 273, 273, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 274, 273, 0.0_dp, a_pressed_path_that_grows_in_motion), &
+      atom_t(0, is_below, 6, 12, 274, 273, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 274, 274, 0.0_dp), &
+      atom_t(0, is_one_of, 8, 1, 275, 275, 0.0_dp), &
+      atom_t(1, is_above, 8, 2, 276, 275, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 276, 276, 0.0_dp), &
+      atom_t(0, is_set, 8, 2, 277, 276, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 277, 277, 0.0_dp), &
+      atom_t(0, is_set, 8, 3, 278, 277, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 278, 280, 0.0_dp), &
+      atom_t(0, is_one_of, 8, 1, 281, 283, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 284, 283, 2.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 284, 283, 1.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 284, 286, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 287, 289, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 290, 290, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 291, 291, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 292, 294, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 295, 295, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 296, 296, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 297, 297, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 298, 298, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 299, 299, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 300, 301, 0.0_dp), &
       atom_t(1, is_one_of, 9, 11, 302, 302, 0.0_dp), &
       atom_t(0, is_one_of, 9, 11, 303, 303, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 304, 304, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 305, 305, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 306, 306, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 307, 307, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 304, 303, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 304, 304, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 305, 305, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 306, 306, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 307, 307, 0.0_dp), &
       atom_t(1, is_one_of, 9, 11, 308, 308, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 309, 309, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 310, 312, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 313, 313, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 314, 314, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 315, 315, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 316, 316, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 317, 317, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 318, 321, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 322, 322, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 323, 323, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 324, 324, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 325, 325, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 326, 325, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 9, 326, 326, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 9, 327, 327, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 328, 327, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 309, 309, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 310, 310, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 311, 311, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 312, 314, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 315, 315, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 316, 316, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 317, 317, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 318, 318, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 319, 319, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 320, 323, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 324, 324, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 325, 325, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 326, 326, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 327, 327, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 328, 327, 0.0_dp), &
       atom_t(1, is_one_of, 9, 9, 328, 328, 0.0_dp), &
       atom_t(1, is_one_of, 9, 9, 329, 329, 0.0_dp), &
-      atom_t(0, is_set, 5, 15, 330, 329, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 330, 329, 0.0_dp), &
       atom_t(1, is_one_of, 9, 9, 330, 330, 0.0_dp), &
       atom_t(1, is_one_of, 9, 9, 331, 331, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 332, 332, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 333, 335, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 336, 336, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 337, 337, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 338, 339, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 340, 340, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 341, 341, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 342, 341, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 342, 342, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 2, 343, 342, 1.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 343, 343, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 344, 345, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 346, 346, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 347, 350, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 351, 350, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 351, 353, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 354, 353, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 13, 354, 354, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 355, 355, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 356, 355, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(1, is_named, 0, 0, 356, 355, 0.0_dp, quadratic_cells_at_an_axis), &
-      atom_t(1, is_one_of, 9, 19, 356, 356, 0.0_dp), &
+      atom_t(0, is_set, 5, 15, 332, 331, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 332, 332, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 333, 333, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 334, 334, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 335, 337, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 338, 338, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 339, 339, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 340, 341, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 342, 342, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 343, 343, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 344, 343, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 344, 344, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 2, 345, 344, 1.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 345, 345, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 346, 347, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 348, 348, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 349, 352, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 353, 352, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 353, 355, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 356, 355, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 13, 356, 356, 0.0_dp), &
       atom_t(0, is_one_of, 9, 19, 357, 357, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 358, 358, 0.0_dp)]
+      atom_t(1, is_named, 0, 0, 358, 357, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(1, is_named, 0, 0, 358, 357, 0.0_dp, quadratic_cells_at_an_axis), &
+      atom_t(1, is_one_of, 9, 19, 358, 358, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 359, 359, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 360, 360, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_6(*) = [ &
-      atom_t(1, is_one_of, 9, 19, 359, 359, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 360, 360, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 361, 361, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 362, 362, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 363, 363, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 364, 364, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 365, 365, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 366, 367, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 368, 368, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 369, 369, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 370, 369, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 19, 361, 361, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 362, 362, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 363, 363, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 364, 364, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 365, 365, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 366, 366, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 367, 367, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 368, 369, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 370, 370, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 371, 371, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 14, 372, 371, 1.0_dp), &
+      atom_t(0, is_present, 12, 0, 372, 371, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 372, 372, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 373, 373, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 374, 373, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 14, 374, 373, 1.0_dp), &
       atom_t(1, is_one_of, 9, 1, 374, 374, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 375, 375, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 376, 375, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 376, 376, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 376, 376, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 377, 377, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 378, 378, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 379, 379, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 378, 378, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 379, 379, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 380, 380, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 381, 381, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 381, 381, 0.0_dp), &
+      atom_t(0, is_set, 9, 4, 382, 381, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 382, 382, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 383, 383, 0.0_dp), &
-      atom_t(0, is_set, 9, 4, 384, 383, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 384, 384, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 385, 385, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 386, 385, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 386, 387, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 388, 387, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 19, 388, 388, 0.0_dp), &
-      atom_t(0, is_set, 9, 2, 389, 388, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 383, 383, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 384, 383, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 384, 385, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 386, 385, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 19, 386, 386, 0.0_dp), &
+      atom_t(0, is_set, 9, 2, 387, 386, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 387, 387, 0.0_dp), &
+      atom_t(0, is_set, 9, 3, 388, 387, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 388, 388, 0.0_dp), &
+      atom_t(0, is_above, 9, 2, 389, 388, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 389, 389, 0.0_dp), &
-      atom_t(0, is_set, 9, 3, 390, 389, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 390, 390, 0.0_dp), &
-      atom_t(0, is_above, 9, 2, 391, 390, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 391, 391, 0.0_dp), &
-      atom_t(1, is_above, 9, 8, 392, 391, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 16, 392, 392, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 393, 393, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 394, 394, 0.0_dp), &
-      atom_t(0, is_above, 9, 8, 395, 394, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 395, 395, 0.0_dp), &
-      atom_t(0, is_above, 9, 8, 396, 395, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 396, 396, 0.0_dp), &
-      atom_t(0, is_set, 9, 7, 397, 396, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 397, 399, 0.0_dp), &
-      atom_t(0, is_set, 9, 13, 400, 399, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 400, 399, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(1, is_above, 9, 8, 390, 389, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 16, 390, 390, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 391, 391, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 392, 392, 0.0_dp), &
+      atom_t(0, is_above, 9, 8, 393, 392, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 393, 393, 0.0_dp), &
+      atom_t(0, is_above, 9, 8, 394, 393, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 394, 394, 0.0_dp), &
+      atom_t(0, is_set, 9, 7, 395, 394, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 395, 397, 0.0_dp), &
+      atom_t(0, is_set, 9, 13, 398, 397, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 398, 397, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 10, 398, 397, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 398, 398, 0.0_dp), &
+      atom_t(0, is_set, 9, 10, 399, 398, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 399, 399, 0.0_dp), &
       atom_t(0, is_set, 9, 10, 400, 399, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 400, 400, 0.0_dp), &
-      atom_t(0, is_set, 9, 10, 401, 400, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 401, 401, 0.0_dp), &
-      atom_t(0, is_set, 9, 10, 402, 401, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 402, 403, 0.0_dp), &
-      atom_t(1, is_set, 9, 8, 404, 403, 0.0_dp), &
-      atom_t(2, is_one_of, 9, 11, 404, 404, 0.0_dp), &
-      atom_t(0, is_set, 9, 6, 405, 404, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 405, 405, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 5, 406, 406, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 407, 409, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 5, 410, 410, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 5, 411, 411, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 400, 401, 0.0_dp), &
+      atom_t(1, is_set, 9, 8, 402, 401, 0.0_dp), &
+      atom_t(2, is_one_of, 9, 11, 402, 402, 0.0_dp), &
+      atom_t(0, is_set, 9, 6, 403, 402, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 403, 403, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 5, 404, 404, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 405, 407, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 408, 408, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 5, 409, 409, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 410, 410, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 411, 411, 0.0_dp), &
       atom_t(1, is_one_of, 3, 6, 412, 412, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 413, 413, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 414, 414, 0.0_dp), &
-      atom_t(0, is_set, 9, 5, 415, 414, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 415, 415, 0.0_dp), &
-      atom_t(0, is_set, 9, 5, 416, 415, 0.0_dp), &
-      atom_t(1, is_present, 6, 0, 416, 415, 0.0_dp), &
-      atom_t(2, is_set, 5, 4, 416, 415, 0.0_dp), &
-      atom_t(3, is_set, 4, 12, 416, 415, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 416, 416, 0.0_dp), &
-      atom_t(1, is_present, 6, 0, 417, 416, 0.0_dp), &
-      atom_t(2, is_set, 5, 4, 417, 416, 0.0_dp), &
-      atom_t(3, is_set, 5, 5, 417, 416, 0.0_dp), &
-      atom_t(4, is_set, 4, 12, 417, 416, 0.0_dp), &
-      atom_t(0, is_set, 9, 14, 417, 416, 0.0_dp), &
+      atom_t(0, is_set, 9, 5, 413, 412, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 413, 413, 0.0_dp), &
+      atom_t(0, is_set, 9, 5, 414, 413, 0.0_dp), &
+      atom_t(1, is_present, 6, 0, 414, 413, 0.0_dp), &
+      atom_t(2, is_set, 5, 4, 414, 413, 0.0_dp), &
+      atom_t(3, is_set, 4, 12, 414, 413, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 414, 414, 0.0_dp), &
+      atom_t(1, is_present, 6, 0, 415, 414, 0.0_dp), &
+      atom_t(2, is_set, 5, 4, 415, 414, 0.0_dp), &
+      atom_t(3, is_set, 5, 5, 415, 414, 0.0_dp), &
+      atom_t(4, is_set, 4, 12, 415, 414, 0.0_dp), &
+      atom_t(0, is_set, 9, 14, 415, 414, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 415, 415, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 416, 415, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 15, 416, 415, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 416, 416, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 417, 416, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 16, 417, 416, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 417, 417, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 418, 417, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 15, 418, 417, 0.0_dp), &
+      atom_t(0, is_set, 9, 17, 418, 417, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 418, 418, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 419, 418, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 16, 419, 418, 0.0_dp), &
+      atom_t(0, is_set, 9, 18, 419, 418, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 419, 419, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 420, 419, 0.0_dp, a_mass_matrix_that_acts), &
       atom_t(0, is_set, 9, 17, 420, 419, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 420, 420, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 421, 420, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 18, 421, 420, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 421, 421, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 422, 421, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 17, 422, 421, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 16, 421, 421, 0.0_dp), &
+      atom_t(0, is_set, 9, 18, 422, 421, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 422, 422, 0.0_dp), &
       atom_t(1, is_one_of, 9, 16, 423, 423, 0.0_dp), &
-      atom_t(0, is_set, 9, 18, 424, 423, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 424, 424, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 16, 425, 425, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 426, 426, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 427, 427, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 428, 429, 0.0_dp), &
-      atom_t(0, is_set, 7, 1, 430, 429, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 430, 430, 0.0_dp), &
-      atom_t(0, is_set, 19, 2, 431, 430, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 431, 430, 0.0_dp, samples_apart_from_load_steps), &
-      atom_t(0, is_one_of, 9, 7, 431, 431, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 432, 432, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 7, 433, 433, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 7, 434, 434, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 435, 435, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 7, 436, 436, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 437, 437, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 438, 438, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 439, 439, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 440, 440, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 441, 440, 0.0_dp)]
+      atom_t(0, is_one_of, 9, 19, 424, 424, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 425, 425, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 426, 427, 0.0_dp), &
+      atom_t(0, is_set, 7, 1, 428, 427, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 428, 428, 0.0_dp), &
+      atom_t(0, is_set, 19, 2, 429, 428, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 429, 428, 0.0_dp, samples_apart_from_load_steps), &
+      atom_t(0, is_one_of, 9, 7, 429, 429, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 430, 430, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 7, 431, 431, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 7, 432, 432, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 433, 433, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 7, 434, 434, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 435, 435, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 436, 436, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 437, 437, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 438, 438, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 439, 438, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 439, 439, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 440, 442, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 443, 443, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 444, 444, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 445, 444, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 445, 446, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_7(*) = [ &
-      atom_t(0, is_one_of, 10, 1, 441, 441, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 442, 444, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 445, 445, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 446, 446, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 447, 446, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 447, 448, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 449, 448, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_named, 0, 0, 447, 446, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 10, 1, 447, 447, 0.0_dp), &
+      atom_t(0, is_set, 10, 8, 448, 447, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 448, 448, 0.0_dp), &
+      atom_t(0, is_set, 10, 9, 449, 448, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 449, 449, 0.0_dp), &
-      atom_t(0, is_set, 10, 8, 450, 449, 0.0_dp), &
+      atom_t(0, is_set, 10, 10, 450, 449, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 450, 450, 0.0_dp), &
-      atom_t(0, is_set, 10, 9, 451, 450, 0.0_dp), &
+      atom_t(0, is_set, 10, 13, 451, 450, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 451, 451, 0.0_dp), &
-      atom_t(0, is_set, 10, 10, 452, 451, 0.0_dp), &
+      atom_t(0, is_set, 10, 2, 452, 451, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 452, 452, 0.0_dp), &
-      atom_t(0, is_set, 10, 13, 453, 452, 0.0_dp), &
+      atom_t(0, is_set, 10, 3, 453, 452, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 453, 453, 0.0_dp), &
-      atom_t(0, is_set, 10, 2, 454, 453, 0.0_dp), &
+      atom_t(0, is_set, 10, 4, 454, 453, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 454, 454, 0.0_dp), &
-      atom_t(0, is_set, 10, 3, 455, 454, 0.0_dp), &
+      atom_t(0, is_set, 10, 5, 455, 454, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 455, 455, 0.0_dp), &
-      atom_t(0, is_set, 10, 4, 456, 455, 0.0_dp), &
+      atom_t(0, is_set, 10, 6, 456, 455, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 456, 456, 0.0_dp), &
-      atom_t(0, is_set, 10, 5, 457, 456, 0.0_dp), &
+      atom_t(0, is_set, 10, 7, 457, 456, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 457, 457, 0.0_dp), &
-      atom_t(0, is_set, 10, 6, 458, 457, 0.0_dp), &
+      atom_t(0, is_set, 10, 11, 458, 457, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 458, 458, 0.0_dp), &
-      atom_t(0, is_set, 10, 7, 459, 458, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 459, 459, 0.0_dp), &
-      atom_t(0, is_set, 10, 11, 460, 459, 0.0_dp), &
+      atom_t(0, is_set, 10, 11, 459, 458, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 459, 459, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 460, 460, 0.0_dp), &
-      atom_t(0, is_set, 10, 11, 461, 460, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 461, 461, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 462, 462, 0.0_dp), &
-      atom_t(0, is_set, 10, 12, 463, 462, 0.0_dp), &
+      atom_t(0, is_set, 10, 12, 461, 460, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 461, 461, 0.0_dp), &
+      atom_t(0, is_set, 10, 12, 462, 461, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 462, 462, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 463, 463, 0.0_dp), &
-      atom_t(0, is_set, 10, 12, 464, 463, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 464, 464, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 465, 465, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 466, 468, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 469, 469, 0.0_dp), &
-      atom_t(1, is_set, 11, 2, 470, 469, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 470, 471, 0.0_dp), &
-      atom_t(1, is_set, 11, 6, 472, 471, 0.0_dp), &
-      atom_t(1, is_set, 11, 7, 472, 471, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 472, 472, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 473, 472, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 473, 472, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 473, 473, 0.0_dp), &
-      atom_t(0, is_set, 11, 6, 474, 473, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 464, 466, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 467, 467, 0.0_dp), &
+      atom_t(1, is_set, 11, 2, 468, 467, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 468, 469, 0.0_dp), &
+      atom_t(1, is_set, 11, 6, 470, 469, 0.0_dp), &
+      atom_t(1, is_set, 11, 7, 470, 469, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 470, 470, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 471, 470, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 471, 470, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 471, 471, 0.0_dp), &
+      atom_t(0, is_set, 11, 6, 472, 471, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 472, 473, 0.0_dp), &
+      atom_t(0, is_set, 11, 7, 474, 473, 0.0_dp), &
       atom_t(1, is_one_of, 11, 5, 474, 475, 0.0_dp), &
-      atom_t(0, is_set, 11, 7, 476, 475, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 476, 477, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 478, 477, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 478, 480, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 481, 481, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 482, 481, 0.0_dp), &
-      atom_t(0, is_set, 11, 11, 482, 481, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 476, 475, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 476, 478, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 479, 479, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 480, 479, 0.0_dp), &
+      atom_t(0, is_set, 11, 11, 480, 479, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 480, 480, 0.0_dp), &
+      atom_t(2, is_one_of, 11, 5, 481, 481, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 482, 481, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 482, 482, 0.0_dp), &
-      atom_t(2, is_one_of, 11, 5, 483, 483, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 484, 483, 0.0_dp), &
+      atom_t(0, is_set, 11, 12, 483, 482, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 483, 483, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 484, 483, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 484, 484, 0.0_dp), &
-      atom_t(0, is_set, 11, 12, 485, 484, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 485, 485, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 486, 485, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 486, 486, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 487, 487, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 488, 487, 0.0_dp, several_cracks), &
-      atom_t(0, is_one_of, 11, 1, 488, 488, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 489, 488, 0.0_dp, edges_that_are_no_grid_lines), &
-      atom_t(0, is_set, 11, 8, 489, 488, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 489, 490, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 491, 491, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 492, 493, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 494, 496, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 497, 497, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 498, 497, 0.0_dp, cohesion_all_along_it), &
-      atom_t(0, is_one_of, 11, 9, 498, 498, 0.0_dp), &
-      atom_t(1, is_above, 11, 10, 499, 498, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 499, 499, 0.0_dp), &
-      atom_t(0, is_set, 11, 10, 500, 499, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 500, 500, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 501, 500, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 501, 500, 0.0_dp), &
-      atom_t(0, is_set, 12, 1, 501, 500, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 485, 485, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 486, 485, 0.0_dp, several_cracks), &
+      atom_t(0, is_one_of, 11, 1, 486, 486, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 487, 486, 0.0_dp, edges_that_are_no_grid_lines), &
+      atom_t(0, is_set, 11, 8, 487, 486, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 487, 488, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 489, 489, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 490, 491, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 492, 494, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 495, 495, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 496, 495, 0.0_dp, cohesion_all_along_it), &
+      atom_t(0, is_one_of, 11, 9, 496, 496, 0.0_dp), &
+      atom_t(1, is_above, 11, 10, 497, 496, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 497, 497, 0.0_dp), &
+      atom_t(0, is_set, 11, 10, 498, 497, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 498, 498, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 499, 498, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 499, 498, 0.0_dp), &
+      atom_t(0, is_set, 12, 1, 499, 498, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 499, 499, 0.0_dp), &
+      atom_t(0, is_set, 12, 2, 500, 499, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 500, 500, 0.0_dp), &
+      atom_t(0, is_set, 12, 9, 501, 500, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 501, 501, 0.0_dp), &
-      atom_t(0, is_set, 12, 2, 502, 501, 0.0_dp), &
+      atom_t(0, is_set, 12, 10, 502, 501, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 502, 502, 0.0_dp), &
-      atom_t(0, is_set, 12, 9, 503, 502, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 503, 503, 0.0_dp), &
-      atom_t(0, is_set, 12, 10, 504, 503, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 504, 504, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 505, 504, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 505, 504, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 12, 1, 505, 504, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 505, 504, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 505, 505, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 506, 505, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 506, 506, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 507, 508, 0.0_dp), &
-      atom_t(1, is_above, 12, 4, 509, 508, 0.0_dp), &
-      atom_t(1, is_above, 12, 5, 509, 508, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 509, 509, 0.0_dp), &
-      atom_t(1, is_above, 12, 6, 510, 509, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 510, 510, 0.0_dp), &
-      atom_t(1, is_set, 12, 7, 511, 510, 0.0_dp), &
-      atom_t(1, is_set, 12, 8, 511, 510, 0.0_dp), &
-      atom_t(0, is_set, 12, 4, 511, 510, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 503, 502, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 503, 502, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 12, 1, 503, 502, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 503, 502, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 503, 503, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 504, 503, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 504, 504, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 505, 506, 0.0_dp), &
+      atom_t(1, is_above, 12, 4, 507, 506, 0.0_dp), &
+      atom_t(1, is_above, 12, 5, 507, 506, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 507, 507, 0.0_dp), &
+      atom_t(1, is_above, 12, 6, 508, 507, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 508, 508, 0.0_dp), &
+      atom_t(1, is_set, 12, 7, 509, 508, 0.0_dp), &
+      atom_t(1, is_set, 12, 8, 509, 508, 0.0_dp), &
+      atom_t(0, is_set, 12, 4, 509, 508, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 509, 510, 0.0_dp), &
+      atom_t(0, is_set, 12, 5, 511, 510, 0.0_dp), &
       atom_t(1, is_one_of, 12, 3, 511, 512, 0.0_dp), &
-      atom_t(0, is_set, 12, 5, 513, 512, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 513, 514, 0.0_dp), &
-      atom_t(0, is_set, 12, 6, 515, 514, 0.0_dp), &
+      atom_t(0, is_set, 12, 6, 513, 512, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 513, 513, 0.0_dp), &
+      atom_t(0, is_set, 12, 7, 514, 513, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 514, 514, 0.0_dp), &
+      atom_t(0, is_set, 12, 8, 515, 514, 0.0_dp), &
       atom_t(1, is_one_of, 12, 3, 515, 515, 0.0_dp), &
-      atom_t(0, is_set, 12, 7, 516, 515, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 516, 516, 0.0_dp), &
-      atom_t(0, is_set, 12, 8, 517, 516, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 517, 517, 0.0_dp), &
-      atom_t(0, is_set, 12, 12, 518, 517, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 518, 517, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 518, 517, 0.0_dp), &
-      atom_t(0, is_set, 12, 11, 518, 517, 0.0_dp)]
+      atom_t(0, is_set, 12, 12, 516, 515, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 516, 515, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 516, 515, 0.0_dp), &
+      atom_t(0, is_set, 12, 11, 516, 515, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 516, 515, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 516, 515, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 516, 515, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 516, 515, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 516, 515, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 516, 516, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_8(*) = [ &
-      atom_t(1, is_set, 12, 10, 518, 517, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 518, 517, 0.0_dp), &
+      atom_t(0, is_set, 13, 1, 517, 516, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 517, 517, 0.0_dp), &
       atom_t(0, is_present, 13, 0, 518, 517, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 518, 517, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 518, 517, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 518, 518, 0.0_dp), &
-      atom_t(0, is_set, 13, 1, 519, 518, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 519, 519, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 520, 519, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 520, 519, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 13, 1, 520, 519, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 520, 520, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 521, 520, 0.0_dp, growth_by_laws_of_both_kinds), &
+      atom_t(0, is_named, 0, 0, 518, 517, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 13, 1, 518, 517, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 518, 518, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 519, 518, 0.0_dp, growth_by_laws_of_both_kinds), &
+      atom_t(0, is_one_of, 13, 2, 519, 519, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 520, 520, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 521, 521, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 522, 522, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 523, 523, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 524, 525, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 522, 523, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 524, 524, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 525, 524, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 525, 524, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 525, 525, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 526, 525, 0.0_dp), &
+      atom_t(1, is_above, 13, 9, 526, 525, 0.0_dp), &
+      atom_t(1, is_above, 13, 10, 526, 525, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 526, 526, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 527, 526, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 527, 526, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 527, 527, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 528, 527, 0.0_dp), &
-      atom_t(1, is_above, 13, 9, 528, 527, 0.0_dp), &
-      atom_t(1, is_above, 13, 10, 528, 527, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 528, 528, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 529, 528, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_one_of, 13, 25, 529, 530, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 531, 531, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 532, 532, 0.0_dp), &
-      atom_t(1, is_set, 13, 11, 533, 532, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 533, 533, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 534, 533, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 534, 533, 0.0_dp), &
-      atom_t(1, is_above, 13, 14, 534, 533, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 534, 533, 0.0_dp), &
-      atom_t(1, is_above, 13, 13, 534, 533, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 534, 534, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 527, 526, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_one_of, 13, 25, 527, 528, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 529, 529, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 530, 530, 0.0_dp), &
+      atom_t(1, is_set, 13, 11, 531, 530, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 531, 531, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 532, 531, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 532, 531, 0.0_dp), &
+      atom_t(1, is_above, 13, 14, 532, 531, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 532, 531, 0.0_dp), &
+      atom_t(1, is_above, 13, 13, 532, 531, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 532, 532, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 533, 533, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 534, 534, 0.0_dp), &
+      atom_t(0, is_present, 16, 0, 535, 534, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 535, 535, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 536, 536, 0.0_dp), &
-      atom_t(0, is_present, 16, 0, 537, 536, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 537, 537, 0.0_dp), &
-      atom_t(0, is_set, 16, 3, 538, 537, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 538, 537, 0.0_dp), &
-      atom_t(0, is_set, 16, 4, 538, 537, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 538, 537, 0.0_dp), &
-      atom_t(0, is_set, 16, 5, 538, 537, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 538, 537, 0.0_dp), &
-      atom_t(0, is_set, 16, 1, 538, 537, 0.0_dp), &
-      atom_t(1, is_set, 16, 4, 538, 537, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 538, 541, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 542, 541, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 542, 542, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 543, 542, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 543, 542, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 543, 543, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 544, 547, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 548, 547, 0.0_dp), &
+      atom_t(0, is_set, 16, 3, 536, 535, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 536, 535, 0.0_dp), &
+      atom_t(0, is_set, 16, 4, 536, 535, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 536, 535, 0.0_dp), &
+      atom_t(0, is_set, 16, 5, 536, 535, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 536, 535, 0.0_dp), &
+      atom_t(0, is_set, 16, 1, 536, 535, 0.0_dp), &
+      atom_t(1, is_set, 16, 4, 536, 535, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 536, 539, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 540, 539, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 540, 540, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 541, 540, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 541, 540, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 541, 541, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 542, 545, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 546, 545, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 546, 546, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 547, 546, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 547, 546, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 547, 547, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 548, 547, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 548, 547, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 548, 548, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 549, 548, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 549, 548, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 549, 549, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 550, 549, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 550, 549, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 550, 550, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 551, 552, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 549, 550, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 551, 551, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 552, 552, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 553, 552, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 553, 553, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 554, 554, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 554, 553, 0.0_dp), &
+      atom_t(0, is_set, 6, 17, 554, 553, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 554, 554, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 555, 554, 0.0_dp), &
       atom_t(0, is_set, 5, 12, 555, 554, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 555, 555, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 556, 555, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 555, 555, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 556, 555, 0.0_dp, something_that_growth_scales), &
       atom_t(0, is_set, 6, 17, 556, 555, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 556, 556, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 557, 556, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 557, 556, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 557, 557, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 558, 557, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_set, 6, 17, 558, 557, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 558, 558, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 559, 558, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 15, 0, 559, 558, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 559, 559, 0.0_dp), &
-      atom_t(0, is_set, 15, 2, 560, 559, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 556, 556, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 557, 556, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_present, 15, 0, 557, 556, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 557, 557, 0.0_dp), &
+      atom_t(0, is_set, 15, 2, 558, 557, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 558, 558, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 559, 559, 0.0_dp), &
+      atom_t(1, is_set, 15, 2, 560, 559, 0.0_dp), &
+      atom_t(0, is_set, 15, 4, 560, 559, 0.0_dp), &
       atom_t(1, is_one_of, 15, 1, 560, 560, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 561, 561, 0.0_dp), &
-      atom_t(1, is_set, 15, 2, 562, 561, 0.0_dp), &
-      atom_t(0, is_set, 15, 4, 562, 561, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 562, 562, 0.0_dp), &
-      atom_t(0, is_set, 15, 5, 563, 562, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 563, 563, 0.0_dp), &
-      atom_t(0, is_present, 15, 0, 564, 563, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 564, 563, 0.0_dp, growth_scales_forces_beside_motions), &
-      atom_t(0, is_set, 5, 5, 564, 563, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 564, 563, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 564, 563, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 564, 567, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 568, 567, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 568, 567, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 568, 567, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 568, 567, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 568, 567, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 568, 571, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 572, 571, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 572, 571, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 572, 571, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 572, 571, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 572, 571, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 572, 572, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 573, 572, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 573, 572, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 573, 573, 0.0_dp), &
-      atom_t(1, is_above, 13, 8, 574, 573, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 574, 574, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 575, 574, 0.0_dp), &
-      atom_t(0, is_set, 13, 5, 575, 574, 0.0_dp), &
+      atom_t(0, is_set, 15, 5, 561, 560, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 561, 561, 0.0_dp), &
+      atom_t(0, is_present, 15, 0, 562, 561, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 562, 561, 0.0_dp, growth_scales_forces_beside_motions), &
+      atom_t(0, is_set, 5, 5, 562, 561, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 562, 561, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 562, 561, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 562, 565, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 566, 565, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 566, 565, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 566, 565, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 566, 565, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 566, 565, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 566, 569, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 570, 569, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 570, 569, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 570, 569, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 570, 569, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 570, 569, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 570, 570, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 571, 570, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 571, 570, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 571, 571, 0.0_dp), &
+      atom_t(1, is_above, 13, 8, 572, 571, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 572, 572, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 573, 572, 0.0_dp), &
+      atom_t(0, is_set, 13, 5, 573, 572, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 573, 573, 0.0_dp), &
+      atom_t(0, is_set, 13, 8, 574, 573, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 574, 574, 0.0_dp), &
+      atom_t(0, is_set, 13, 9, 575, 574, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 575, 575, 0.0_dp), &
-      atom_t(0, is_set, 13, 8, 576, 575, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 576, 575, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 576, 576, 0.0_dp), &
-      atom_t(0, is_set, 13, 9, 577, 576, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 577, 577, 0.0_dp), &
-      atom_t(0, is_set, 13, 10, 578, 577, 0.0_dp)]
+      atom_t(0, is_set, 13, 11, 577, 576, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 577, 577, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 578, 577, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 578, 578, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 579, 578, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_9(*) = [ &
-      atom_t(1, is_one_of, 13, 2, 578, 578, 0.0_dp), &
-      atom_t(0, is_set, 13, 11, 579, 578, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 579, 579, 0.0_dp), &
-      atom_t(0, is_set, 13, 12, 580, 579, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 579, 579, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 580, 579, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 580, 580, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 581, 580, 0.0_dp), &
+      atom_t(0, is_set, 13, 28, 581, 580, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 581, 581, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 582, 581, 0.0_dp), &
+      atom_t(0, is_set, 13, 6, 582, 581, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 582, 582, 0.0_dp), &
-      atom_t(0, is_set, 13, 28, 583, 582, 0.0_dp), &
+      atom_t(0, is_set, 13, 7, 583, 582, 0.0_dp), &
+      atom_t(1, is_above, 13, 6, 583, 582, 0.0_dp), &
+      atom_t(0, is_set, 13, 15, 583, 582, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 583, 583, 0.0_dp), &
-      atom_t(0, is_set, 13, 6, 584, 583, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 584, 583, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 584, 584, 0.0_dp), &
-      atom_t(0, is_set, 13, 7, 585, 584, 0.0_dp), &
-      atom_t(1, is_above, 13, 6, 585, 584, 0.0_dp), &
-      atom_t(0, is_set, 13, 15, 585, 584, 0.0_dp), &
+      atom_t(0, is_set, 13, 19, 585, 584, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 585, 585, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 586, 585, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 586, 585, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 586, 586, 0.0_dp), &
-      atom_t(0, is_set, 13, 19, 587, 586, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 587, 586, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 587, 587, 0.0_dp), &
       atom_t(0, is_set, 13, 21, 588, 587, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 588, 588, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 589, 588, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 589, 589, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 590, 589, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 590, 590, 0.0_dp), &
-      atom_t(0, is_set, 13, 22, 591, 590, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 588, 588, 0.0_dp), &
+      atom_t(0, is_set, 13, 22, 589, 588, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 589, 589, 0.0_dp), &
+      atom_t(0, is_set, 13, 23, 590, 589, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 590, 590, 0.0_dp), &
+      atom_t(0, is_set, 13, 24, 591, 590, 0.0_dp), &
       atom_t(1, is_one_of, 13, 21, 591, 591, 0.0_dp), &
-      atom_t(0, is_set, 13, 23, 592, 591, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 592, 592, 0.0_dp), &
-      atom_t(0, is_set, 13, 24, 593, 592, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 593, 593, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 21, 594, 594, 0.0_dp), &
-      atom_t(1, is_above, 13, 23, 595, 594, 0.0_dp), &
-      atom_t(0, is_set, 4, 14, 595, 594, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 595, 594, 0.0_dp), &
-      atom_t(0, is_set, 13, 26, 595, 594, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 595, 595, 0.0_dp), &
-      atom_t(0, is_set, 13, 27, 596, 595, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 596, 596, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 21, 592, 592, 0.0_dp), &
+      atom_t(1, is_above, 13, 23, 593, 592, 0.0_dp), &
+      atom_t(0, is_set, 4, 14, 593, 592, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 593, 592, 0.0_dp), &
+      atom_t(0, is_set, 13, 26, 593, 592, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 593, 593, 0.0_dp), &
+      atom_t(0, is_set, 13, 27, 594, 593, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 594, 594, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 595, 595, 0.0_dp), &
+      atom_t(1, is_set, 13, 4, 596, 595, 0.0_dp), &
+      atom_t(0, is_set, 13, 4, 596, 595, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 596, 596, 0.0_dp), &
       atom_t(0, is_one_of, 13, 3, 597, 597, 0.0_dp), &
-      atom_t(1, is_set, 13, 4, 598, 597, 0.0_dp), &
-      atom_t(0, is_set, 13, 4, 598, 597, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 598, 598, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 599, 599, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 600, 600, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 601, 604, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 605, 605, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 606, 606, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 607, 608, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 609, 609, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 610, 610, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 611, 611, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 612, 612, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 613, 613, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 614, 614, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 615, 615, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 616, 617, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 598, 598, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 599, 602, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 603, 603, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 604, 604, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 605, 606, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 607, 607, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 608, 608, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 609, 609, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 610, 610, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 611, 611, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 612, 612, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 613, 613, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 614, 615, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 616, 616, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 617, 616, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 617, 616, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 617, 616, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 617, 616, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 14, 1, 617, 616, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 617, 616, 0.0_dp), &
+      atom_t(1, is_above, 14, 2, 617, 616, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 617, 616, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 617, 617, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 618, 617, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 618, 617, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_present, 14, 0, 618, 617, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 618, 618, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 619, 618, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 619, 618, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 619, 618, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 619, 618, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 619, 618, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 14, 1, 619, 618, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 619, 618, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 619, 618, 0.0_dp), &
-      atom_t(1, is_above, 14, 2, 619, 618, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 619, 618, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 619, 619, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 619, 619, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 620, 619, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 620, 619, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 14, 0, 620, 619, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 620, 620, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 621, 620, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 621, 620, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 621, 620, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 621, 620, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 621, 620, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 621, 621, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 622, 621, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 622, 623, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 624, 624, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 625, 624, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 625, 624, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 625, 624, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 625, 624, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 625, 625, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 626, 627, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 628, 627, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 628, 628, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 629, 630, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 631, 631, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 632, 631, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 620, 621, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 622, 622, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 623, 622, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 623, 622, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 623, 622, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 623, 622, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 623, 623, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 624, 625, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 626, 625, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 626, 626, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 627, 628, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 629, 629, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 630, 629, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 630, 630, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 631, 630, 0.0_dp, tips_at_no_nodes), &
+      atom_t(1, is_one_of, 17, 1, 631, 631, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 632, 632, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 633, 632, 0.0_dp, tips_at_no_nodes), &
-      atom_t(1, is_one_of, 17, 1, 633, 633, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 634, 634, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 635, 634, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 635, 635, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 636, 635, 0.0_dp, a_plane), &
+      atom_t(1, is_present, 13, 0, 633, 632, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 633, 633, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 634, 633, 0.0_dp, a_plane), &
+      atom_t(1, is_one_of, 17, 1, 634, 634, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 635, 635, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 636, 635, 0.0_dp), &
       atom_t(1, is_one_of, 17, 1, 636, 636, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 637, 637, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 638, 637, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 638, 638, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 639, 639, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 640, 640, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 641, 641, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 642, 642, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 643, 643, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 644, 644, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 645, 645, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 646, 646, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 647, 647, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 648, 648, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 649, 650, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 651, 651, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 652, 652, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 653, 653, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 654, 654, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 655, 655, 0.0_dp)]
+      atom_t(1, is_one_of, 3, 2, 638, 638, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 639, 639, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 640, 640, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 641, 641, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 642, 642, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 643, 643, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 644, 644, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 645, 645, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 646, 646, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 647, 648, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 649, 649, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 650, 650, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 651, 651, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 652, 652, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 653, 653, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 654, 655, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 656, 656, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 657, 657, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 658, 657, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 658, 658, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 659, 659, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_10(*) = [ &
-      atom_t(1, is_one_of, 6, 10, 656, 657, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 658, 658, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 659, 659, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 660, 659, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 660, 659, 0.0_dp), &
       atom_t(1, is_one_of, 17, 1, 660, 660, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 661, 661, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 662, 661, 0.0_dp), &
+      atom_t(1, is_present, 14, 0, 662, 661, 0.0_dp), &
       atom_t(1, is_one_of, 17, 1, 662, 662, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 663, 663, 0.0_dp), &
-      atom_t(1, is_present, 14, 0, 664, 663, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 664, 664, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 664, 664, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 665, 665, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 666, 666, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 667, 667, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 667, 666, 1.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 667, 667, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 668, 667, 1.0_dp), &
       atom_t(1, is_one_of, 3, 2, 668, 668, 0.0_dp), &
       atom_t(0, is_one_of, 17, 4, 669, 668, 1.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 669, 669, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 670, 669, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 670, 670, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 671, 670, 1.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 671, 671, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 669, 669, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 670, 669, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 670, 670, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 671, 670, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 671, 671, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 672, 671, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 672, 672, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 672, 672, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 673, 672, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 673, 673, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 673, 673, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 674, 673, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 674, 674, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 675, 674, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 675, 675, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 674, 675, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 676, 675, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 676, 677, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 678, 677, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 678, 678, 0.0_dp), &
-      atom_t(0, is_set, 17, 3, 679, 678, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 679, 679, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 676, 676, 0.0_dp), &
+      atom_t(0, is_set, 17, 3, 677, 676, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 677, 677, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 678, 678, 0.0_dp), &
+      atom_t(1, is_above, 17, 7, 679, 678, 0.0_dp), &
+      atom_t(0, is_set, 17, 7, 679, 678, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 679, 679, 0.0_dp), &
       atom_t(0, is_one_of, 17, 6, 680, 680, 0.0_dp), &
-      atom_t(1, is_above, 17, 7, 681, 680, 0.0_dp), &
-      atom_t(0, is_set, 17, 7, 681, 680, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 681, 681, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 682, 682, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 683, 685, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 686, 686, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 687, 687, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 688, 687, 0.0_dp, several_bodies), &
+      atom_t(1, is_one_of, 11, 1, 681, 683, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 684, 684, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 685, 685, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 686, 685, 0.0_dp, several_bodies), &
+      atom_t(0, is_one_of, 17, 6, 686, 686, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 687, 687, 0.0_dp), &
       atom_t(0, is_one_of, 17, 6, 688, 688, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 689, 689, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 690, 690, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 691, 692, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 693, 693, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 694, 693, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 689, 690, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 691, 691, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 692, 691, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 692, 692, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 693, 692, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 693, 693, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 694, 693, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 694, 694, 0.0_dp), &
       atom_t(1, is_set, 18, 3, 695, 694, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 695, 695, 0.0_dp), &
       atom_t(1, is_set, 18, 3, 696, 695, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 696, 696, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 697, 696, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 697, 697, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 698, 697, 0.0_dp), &
-      atom_t(0, is_set, 18, 3, 698, 697, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 698, 701, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 702, 702, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 703, 703, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 4, 704, 705, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 706, 705, 0.0_dp), &
+      atom_t(0, is_set, 18, 3, 696, 695, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 696, 699, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 700, 700, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 701, 701, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 4, 702, 703, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 704, 703, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 704, 705, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 706, 705, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 706, 707, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 708, 707, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 708, 709, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 710, 709, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 18, 5, 710, 709, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 710, 710, 0.0_dp), &
-      atom_t(1, is_set, 18, 5, 711, 710, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 711, 711, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 712, 713, 0.0_dp), &
-      atom_t(0, is_set, 18, 5, 714, 713, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 714, 716, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 717, 717, 0.0_dp), &
-      atom_t(1, is_above, 18, 7, 718, 717, 0.0_dp), &
-      atom_t(0, is_set, 18, 7, 718, 717, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 718, 718, 0.0_dp), &
-      atom_t(0, is_set, 6, 18, 719, 718, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 719, 719, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 6, 720, 720, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 721, 721, 0.0_dp)]
+      atom_t(0, is_named, 0, 0, 708, 707, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 18, 5, 708, 707, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 708, 708, 0.0_dp), &
+      atom_t(1, is_set, 18, 5, 709, 708, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 709, 709, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 710, 711, 0.0_dp), &
+      atom_t(0, is_set, 18, 5, 712, 711, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 712, 714, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 715, 715, 0.0_dp), &
+      atom_t(1, is_above, 18, 7, 716, 715, 0.0_dp), &
+      atom_t(0, is_set, 18, 7, 716, 715, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 716, 716, 0.0_dp), &
+      atom_t(0, is_set, 6, 18, 717, 716, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 717, 717, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 6, 718, 718, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 719, 719, 0.0_dp)]
 
    type(atom_t), parameter :: atoms(*) = [atoms_1, atoms_2, atoms_3, atoms_4, atoms_5, atoms_6, atoms_7, atoms_8, atoms_9, &
       atoms_10]
@@ -1603,11 +1598,11 @@ module hampm_rule_table
       rule_t('&constraint held', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
          'the factor applies to a prescribed motion, and none is given', '', 420, 1, 2, 0), &
       rule_t('&constraint displacement and &constraint history = ''step''', not_with, &
-         '&method time = ''explicit'' | ''implicit'' and &method start = ''undeformed''', mechanics, &
+         '&method time = ''explicit'' | ''implicit'' | ''modal'' and &method start = ''undeformed''', mechanics, &
          'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 423, 2, 2, 0), &
       rule_t('&constraint displacement and &constraint history = ''step'' and &constraint start > 0', not_with, &
-         '&method time = ''explicit'' | ''implicit'' and &method start = ''static''', mechanics, 'prescribed nodes would jump', &
-         'history = ''smooth_ramp'', or a velocity', 427, 3, 2, 0), &
+         '&method time = ''explicit'' | ''implicit'' | ''modal'' and &method start = ''static''', mechanics, &
+         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 427, 3, 2, 0), &
       rule_t('&constraint unilateral = .true.', not_with, '&method time = ''explicit''', not_built, &
          'faces with contact separate and touch again in explicit steps', '&method time = ''implicit''', 432, 1, 1, 1), &
       rule_t('&constraint turns = .true.', not_with, '&constraint unilateral = .true.', not_built, &
@@ -1744,437 +1739,433 @@ module hampm_rule_table
          'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 610, 1, 1, 1), &
       rule_t('&constraint unilateral = .true.', not_with, '&method time = ''modal''', mechanics, &
          'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 613, 1, 1, 1), &
-      rule_t('&constraint displacement', not_with, '&method time = ''modal''', not_built, 'modes have fixed supports', &
-         '&method time = ''implicit''', 616, 1, 1, 1), &
-      rule_t('&constraint velocity', not_with, '&method time = ''modal''', not_built, 'modes have fixed supports', &
-         '&method time = ''implicit''', 619, 1, 1, 1), &
       rule_t('&load kind = ''absorbing''', not_with, '&method time = ''modal''', mechanics, &
-         'dashpots at edges couple the modes', '&method time = ''implicit''', 622, 1, 1, 1), &
+         'dashpots at edges couple the modes', '&method time = ''implicit''', 616, 1, 1, 1), &
       rule_t('&refine indicator = {indicators of the motion}', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one mesh', '&refine indicator = ''tip''', 625, 1, 1, 1)]
-
-   type(rule_t), parameter :: rules_7(*) = [ &
-      rule_t('&method modes', requires, '&method time = ''modal''', by_meaning, '', '', 628, 1, 1, 0), &
+         'modes belong to one mesh', '&refine indicator = ''tip''', 619, 1, 1, 1), &
+      rule_t('&method modes', requires, '&method time = ''modal''', by_meaning, '', '', 622, 1, 1, 0), &
       rule_t('&method solver = ''cg''', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
          'cg is preconditioned by inverses of mass matrices of cells, and those of small cut cells '//'may be singular', &
-         '&method solver = ''direct''', 630, 1, 3, 1), &
+         '&method solver = ''direct''', 624, 1, 3, 1)]
+
+   type(rule_t), parameter :: rules_7(*) = [ &
       rule_t('&method time_step', requires, '&method time = ''implicit''', by_meaning, &
-         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 635, 1, 1, 0), &
-      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 637, 1, 1, 0), &
+         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 629, 1, 1, 0), &
+      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 631, 1, 1, 0), &
       rule_t('&method time_step > 0', not_with, '&method time = ''implicit'' and &method courant > 0', by_meaning, &
-         'both give the time step', 'one of both', 639, 1, 2, 0), &
+         'both give the time step', 'one of both', 633, 1, 2, 0), &
       rule_t('&method consistent_region = ''refined'' and &method mass = ''partial''', requires, &
-         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 642, 2, 1, 0), &
+         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 636, 2, 1, 0), &
       rule_t('&method courant > 0', no_effect_with, '&method time = ''static''', mechanics, &
-         'a load step has no length to limit', '', 645, 1, 1, 0), &
+         'a load step has no length to limit', '', 639, 1, 1, 0), &
       rule_t('&method courant > 0', no_effect_with, '&method time = ''modal''', mechanics, &
-         'modes have exact solutions, from row to row', '', 647, 1, 1, 0), &
+         'modes have exact solutions, from row to row', '', 641, 1, 1, 0), &
       rule_t('&method scheme', no_effect_with, '&method time = ''static'' | ''implicit'' | ''modal''', mechanics, &
-         'the scheme is the order of updates in an explicit step', '', 649, 1, 1, 0), &
+         'the scheme is the order of updates in an explicit step', '', 643, 1, 1, 0), &
       rule_t('&method mass', no_effect_without, 'a mass matrix that acts', mechanics, &
-         'a static model needs mass to extrapolate stress only', '', 651, 1, 1, 0), &
+         'a static model needs mass to extrapolate stress only', '', 645, 1, 1, 0), &
       rule_t('&method wave_speed', no_effect_with, '&method time = ''static''', mechanics, 'a load step has no length to limit', &
-         '', 653, 1, 1, 0), &
+         '', 647, 1, 1, 0), &
       rule_t('&method wave_speed', no_effect_with, '&method time = ''modal''', mechanics, &
-         'modes have exact solutions, from row to row', '', 655, 1, 1, 0), &
+         'modes have exact solutions, from row to row', '', 649, 1, 1, 0), &
       rule_t('&method wave_speed and &method time = ''explicit'' | ''implicit''', no_effect_without, &
          '&method courant or &method frame = ''updated''', by_meaning, 'the step is a fraction of the largest stable one', '', &
-         657, 2, 2, 0), &
-      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 661, 1, 1, 0), &
+         651, 2, 2, 0), &
+      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 655, 1, 1, 0), &
       rule_t('&method start = ''static''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 663, 1, 1, 1), &
+         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 657, 1, 1, 1), &
       rule_t('&method start = ''static''', not_with, &
          '&material volumetric = ''b_bar'' and &material law = {laws of any strain}', not_built, &
-         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 666, 1, 2, 1), &
+         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 660, 1, 2, 1), &
       rule_t('&method start', no_effect_with, '&method time = ''static''', mechanics, 'all states are in static equilibrium', &
-         '', 670, 1, 1, 0), &
+         '', 664, 1, 1, 0), &
       rule_t('&method start', no_effect_without, '&load or &constraint displacement or &body eigenstrain', by_meaning, &
-         'nothing acts at time 0', '', 672, 1, 3, 0), &
+         'nothing acts at time 0', '', 666, 1, 3, 0), &
       rule_t('&method time = ''static''', no_effect_without, &
          '&load or &constraint displacement or &constraint velocity or &body eigenstrain', by_meaning, &
-         'nothing loads the model, and all displacements stay 0', '', 676, 1, 4, 0), &
-      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 681, &
+         'nothing loads the model, and all displacements stay 0', '', 670, 1, 4, 0), &
+      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 675, &
          1, 2, 0), &
       rule_t('&method lumped_fraction', no_effect_without, '&method mass = ''weighted'' and a mass matrix that acts', &
-         by_meaning, '', '', 684, 1, 2, 0), &
+         by_meaning, '', '', 678, 1, 2, 0), &
       rule_t('&method consistent_region', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 687, 1, 2, 0), &
+         by_meaning, '', '', 681, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 690, 1, 2, 0), &
+         by_meaning, '', '', 684, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 693, 1, 2, 0), &
+         by_meaning, '', '', 687, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 696, 1, 2, 0), &
+         'the region consists of the refined cells', '', 690, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 699, 1, 2, 0), &
+         'the region consists of the refined cells', '', 693, 1, 2, 0), &
       rule_t('&method solver = ''direct''', no_effect_with, &
          '&method time = ''explicit'' and &method mass = ''lumped'' | ''fmpm''', mechanics, 'lumped masses need no solution', &
-         '', 702, 1, 2, 0), &
-      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 705, &
+         '', 696, 1, 2, 0), &
+      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 699, &
          1, 1, 0), &
       rule_t('&output history_interval', no_effect_with, 'samples apart from load steps', by_meaning, &
-         'a row of a static history is a load step', '', 707, 1, 1, 0), &
+         'a row of a static history is a load step', '', 701, 1, 1, 0), &
       rule_t('&method scheme = ''usf''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 6 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 709, 1, 1, 1), &
+         '&method scheme = ''musl''', 703, 1, 1, 1), &
       rule_t('&method scheme = ''usavg''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 3 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 712, 1, 1, 1), &
+         '&method scheme = ''musl''', 706, 1, 1, 1), &
       rule_t('&method mass = ''lumped''', noted_with, '&growth law = {growth laws in motion}', mechanics, &
          'K of a tip at 0.6 of the speed of Rayleigh waves is up to 4 % low, and a crack that grows '// &
-         'by its toughness comes 5 % less far', '&method mass = ''weighted''', 715, 1, 1, 1), &
-      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 718, 1, 1, 0), &
+         'by its toughness comes 5 % less far', '&method mass = ''weighted''', 709, 1, 1, 1), &
+      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 712, 1, 1, 0), &
       rule_t('&refine indicator = {indicators of one body}', not_with, &
          '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 720, 1, 1, 1), &
+         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 714, 1, 1, 1), &
       rule_t('&refine indicator = {indicators of the motion}', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
-         'particles would have to move to finer cells', '&refine indicator = ''tip''', 723, 1, 3, 1), &
+         'particles would have to move to finer cells', '&refine indicator = ''tip''', 717, 1, 3, 1), &
       rule_t('&refine max_level', no_effect_without, '&refine indicator = {indicators}', by_meaning, &
-         'an indicator selects the cells to refine', '', 728, 1, 1, 0), &
-      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 730, 1, 1, 0), &
-      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 732, 1, 1, 0), &
-      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 734, 1, 1, 0), &
-      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 736, 1, 1, 0)]
+         'an indicator selects the cells to refine', '', 722, 1, 1, 0), &
+      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 724, 1, 1, 0), &
+      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 726, 1, 1, 0), &
+      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 728, 1, 1, 0), &
+      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 730, 1, 1, 0), &
+      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 732, 1, 1, 0), &
+      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 734, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_8(*) = [ &
-      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 738, 1, 1, 0), &
-      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 740, 1, 1, 0), &
-      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 742, 1, 1, 0), &
-      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 744, 1, 1, 0), &
-      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 746, 1, 1, 0), &
+      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 736, 1, 1, 0), &
+      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 738, 1, 1, 0), &
+      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 740, 1, 1, 0), &
       rule_t('&refine start', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 748, 1, 1, 0), &
+         'the indicator tip refines before the first step', '', 742, 1, 1, 0), &
       rule_t('&refine start', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 750, 1, 2, 0), &
+         mechanics, 'static refinement is between load steps', '', 744, 1, 2, 0), &
       rule_t('&refine interval', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 753, 1, 1, 0), &
+         'the indicator tip refines before the first step', '', 747, 1, 1, 0), &
       rule_t('&refine interval', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 755, 1, 2, 0), &
+         mechanics, 'static refinement is between load steps', '', 749, 1, 2, 0), &
       rule_t('&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', requires, '&crack tip', &
-         by_meaning, '', '', 758, 2, 1, 0), &
-      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 761, 1, 2, &
+         by_meaning, '', '', 752, 2, 1, 0), &
+      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 755, 1, 2, &
          0), &
-      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 764, 1, 1, 0), &
+      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 758, 1, 1, 0), &
       rule_t('&crack tip', requires, '&crack front = ''straight''', by_meaning, 'others have a place by center or points', '', &
-         766, 1, 1, 0), &
-      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 768, 1, 1, 0), &
-      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 770, 1, 1, 0), &
+         760, 1, 1, 0), &
+      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 762, 1, 1, 0), &
+      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 764, 1, 1, 0), &
       rule_t('&crack direction', no_effect_with, '&crack front = ''disc'' | ''ellipse'' | ''polygon''', by_meaning, &
-         'they are closed', '', 772, 1, 1, 0), &
-      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 774, 1, 1, 0), &
-      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 776, 1, 2, &
+         'they are closed', '', 766, 1, 1, 0), &
+      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 768, 1, 1, 0), &
+      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 770, 1, 2, &
          0), &
       rule_t('&crack tip', not_with, '&crack kind = ''path''', by_meaning, &
-         'the ends of a path inside the material are its tips', '', 779, 1, 1, 0), &
+         'the ends of a path inside the material are its tips', '', 773, 1, 1, 0), &
       rule_t('&crack name', no_effect_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack is the only one and needs no name', '', 781, 1, 1, 0), &
-      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 783, &
+         'the crack is the only one and needs no name', '', 775, 1, 1, 0), &
+      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 777, &
          1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'several cracks', not_built, &
-         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 785, 1, 1, 0), &
+         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 779, 1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'edges that are no grid lines', not_built, &
-         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 787, 1, 1, 0), &
+         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 781, 1, 1, 0), &
       rule_t('&crack length', requires, '&crack kind = ''line'' | ''plane'' and &crack front = ''straight''', by_meaning, &
-         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 789, 1, 2, 0), &
+         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 783, 1, 2, 0), &
       rule_t('&crack contact = ''frictionless'' | ''friction''', requires, '&crack kind = ''line'' | ''path'' | ''plane''', &
-         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 792, 1, 1, 0), &
+         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 786, 1, 1, 0), &
       rule_t('&crack contact = ''frictionless''', no_effect_with, 'cohesion all along it', mechanics, &
-         'faces with a cohesive zone are in contact anyway', '', 794, 1, 1, 0), &
+         'faces with a cohesive zone are in contact anyway', '', 788, 1, 1, 0), &
       rule_t('&crack contact = ''friction''', requires, '&crack friction > 0', by_meaning, '', &
-         '&crack contact = ''frictionless''', 796, 1, 1, 1), &
-      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 799, 1, 1, 0), &
-      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 801, 1, 1, 0), &
-      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 803, 1, &
+         '&crack contact = ''frictionless''', 790, 1, 1, 1), &
+      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 793, 1, 1, 0), &
+      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 795, 1, 1, 0), &
+      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 797, 1, &
          1, 0), &
-      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 805, 1, &
+      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 799, 1, &
          1, 0), &
       rule_t('&cohesive strength_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         807, 1, 1, 0), &
+         801, 1, 1, 0), &
       rule_t('&cohesive toughness_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         809, 1, 1, 0), &
-      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 811, 2, &
+         803, 1, 1, 0), &
+      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 805, 2, &
          1, 0), &
       rule_t('&cohesive', requires, '&method frame = ''total''', not_built, &
-         'damage is lost where cells are cut again as faces move', '', 814, 1, 1, 0), &
+         'damage is lost where cells are cut again as faces move', '', 808, 1, 1, 0), &
       rule_t('&cohesive', not_with, '&growth law = {growth laws at rest}', mechanics, &
-         'growth scales loads as in a linear body, but cohesion depends on the history', '', 816, 1, 1, 0), &
+         'growth scales loads as in a linear body, but cohesion depends on the history', '', 810, 1, 1, 0), &
       rule_t('&cohesive law = ''linear'' | ''bilinear''', requires, '&cohesive strength > 0 and &cohesive toughness > 0', &
-         by_meaning, '', '', 818, 1, 2, 0), &
-      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 821, 1, 1, 0), &
-      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 823, 1, 2, &
+         by_meaning, '', '', 812, 1, 2, 0), &
+      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 815, 1, 1, 0), &
+      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 817, 1, 2, &
          0), &
       rule_t('&cohesive strength', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 826, 1, 1, 0)]
+         'the points of the table give it', '', 820, 1, 1, 0), &
+      rule_t('&cohesive toughness', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
+         'the points of the table give it', '', 822, 1, 1, 0), &
+      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 824, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_9(*) = [ &
-      rule_t('&cohesive toughness', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 828, 1, 1, 0), &
-      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 830, 1, 1, 0), &
-      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 832, 1, 1, 0), &
-      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 834, 1, 1, 0), &
+      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 826, 1, 1, 0), &
+      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 828, 1, 1, 0), &
       rule_t('&cohesive exponent', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 836, 1, 2, 0), &
+         'mode II has the values of mode I', '', 830, 1, 2, 0), &
       rule_t('&cohesive mixed_mode', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 839, 1, 2, 0), &
-      rule_t('&growth', requires, '&crack', by_meaning, '', '', 842, 1, 1, 0), &
+         'mode II has the values of mode I', '', 833, 1, 2, 0), &
+      rule_t('&growth', requires, '&crack', by_meaning, '', '', 836, 1, 1, 0), &
       rule_t('&growth', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'a crack grows by G, K_I and K_II', '', 844, 1, 1, 0), &
-      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 846, 1, 1, &
+         'a crack grows by G, K_I and K_II', '', 838, 1, 1, 0), &
+      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 840, 1, 1, &
          0), &
-      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 848, 2, 1, &
+      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 842, 2, 1, &
          0), &
       rule_t('&growth law = {growth laws at rest}', not_with, 'growth by laws of both kinds', not_built, '', 'laws of one kind', &
-         851, 1, 1, 0), &
-      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 853, 1, 1, 0), &
+         845, 1, 1, 0), &
+      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 847, 1, 1, 0), &
       rule_t('&growth law = {growth laws in motion}', requires, '&method time = ''explicit'' | ''implicit''', by_meaning, &
-         'a static model has no time', '', 855, 1, 1, 0), &
+         'a static model has no time', '', 849, 1, 1, 0), &
       rule_t('&growth law = {growth laws at rest by toughness}', requires, '&growth increment > 0 and &growth toughness > 0', &
-         by_meaning, '', '', 857, 1, 2, 0), &
+         by_meaning, '', '', 851, 1, 2, 0), &
       rule_t('&growth law = {growth laws in cycles}', requires, &
-         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 860, 1, 3, 0), &
+         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 854, 1, 3, 0), &
       rule_t('&growth law = {growth laws in cycles}', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are held do not change in a cycle', '', 864, 1, 1, 0), &
+         'loads and motions that are held do not change in a cycle', '', 858, 1, 1, 0), &
       rule_t('&growth rate = ''walker'' | ''forman''', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', &
-         866, 1, 1, 0), &
-      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 868, 1, 1, 0), &
-      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 870, &
+         860, 1, 1, 0), &
+      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 862, 1, 1, 0), &
+      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 864, &
          1, 1, 0), &
       rule_t('&growth wheeler_exponent', requires, '&growth wheeler_stress > 0', mechanics, 'plastic zones depend on it', '', &
-         872, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 874, 1, 1, 0), &
+         866, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 868, 1, 1, 0), &
       rule_t('&growth tips = ''largest''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         'each tip has a rate of its own', '&growth tips = ''all''', 876, 1, 1, 1), &
-      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 879, 1, 1, 0), &
-      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 881, 1, 1, 0), &
-      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 883, 1, 1, 0), &
-      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 885, 1, 1, 0), &
-      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 887, 1, 1, 0), &
+         'each tip has a rate of its own', '&growth tips = ''all''', 870, 1, 1, 1), &
+      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 873, 1, 1, 0), &
+      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 875, 1, 1, 0), &
+      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 877, 1, 1, 0), &
+      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 879, 1, 1, 0), &
+      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 881, 1, 1, 0), &
       rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 889, 2, 1, 0), &
+         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 883, 2, 1, 0), &
       rule_t('&constraint start and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 892, 2, 1, 0), &
+         '&cycles tells how loads change', '', 886, 2, 1, 0), &
       rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, &
-         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 895, 2, 1, 0), &
+         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 889, 2, 1, 0), &
       rule_t('&load start and &load held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 898, 2, 1, 0), &
+         '&cycles tells how loads change', '', 892, 2, 1, 0), &
       rule_t('&constraint velocity and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', &
-         mechanics, '&cycles tells how much is moved; give a displacement', '', 901, 2, 1, 0), &
+         mechanics, '&cycles tells how much is moved; give a displacement', '', 895, 2, 1, 0), &
       rule_t('&control quantity = ''load'' | ''displacement''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '&control quantity = ''growth''', 904, 1, 1, 1), &
+         '&cycles tells how loads change', '&control quantity = ''growth''', 898, 1, 1, 1), &
       rule_t('&constraint held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
-         'only growth at rest scales loads and motions', '', 907, 1, 2, 0), &
+         'only growth at rest scales loads and motions', '', 901, 1, 2, 0), &
       rule_t('&load held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
-         'only growth at rest scales loads and motions', '', 910, 1, 2, 0), &
+         'only growth at rest scales loads and motions', '', 904, 1, 2, 0), &
       rule_t('&constraint held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 913, 2, 1, 0), &
+         'growth scales loads and motions that are not held, so that G is the toughness', '', 907, 2, 1, 0), &
       rule_t('&load held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 916, 2, 1, 0), &
+         'growth scales loads and motions that are not held, so that G is the toughness', '', 910, 2, 1, 0), &
       rule_t('&control', requires, '&growth law = {growth laws at rest}', not_built, &
-         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 919, 1, 1, 0), &
-      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 921, 1, 1, 0), &
-      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 923, 1, 1, 0)]
+         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 913, 1, 1, 0), &
+      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 915, 1, 1, 0), &
+      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 917, 1, 1, 0), &
+      rule_t('&control history', no_effect_with, '&control quantity = ''growth''', mechanics, &
+         'load and displacement follow the crack', '', 919, 1, 1, 0), &
+      rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
+         'load and displacement follow the crack', '', 921, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_10(*) = [ &
-      rule_t('&control history', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 925, 1, 1, 0), &
-      rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 927, 1, 1, 0), &
       rule_t('&control', not_with, 'growth scales forces beside motions', mechanics, &
-         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 929, 1, 1, 0), &
+         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 923, 1, 1, 0), &
       rule_t('&constraint velocity and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how much is moved; give a displacement', '', 931, 2, 1, 0), &
+         'the frame tells how much is moved; give a displacement', '', 925, 2, 1, 0), &
       rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 934, 2, 1, 0), &
+         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 928, 2, 1, 0), &
       rule_t('&constraint start and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 937, 2, 1, 0), &
+         'the frame tells how loads change, by its start', '', 931, 2, 1, 0), &
       rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, '&control', &
-         mechanics, 'the frame tells how loads change, by its history', '', 940, 2, 1, 0), &
+         mechanics, 'the frame tells how loads change, by its history', '', 934, 2, 1, 0), &
       rule_t('&load start and &load held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 943, 2, 1, 0), &
+         'the frame tells how loads change, by its start', '', 937, 2, 1, 0), &
       rule_t('&load on = ''crack'' and &load held = .false.', not_with, '&control', not_built, &
-         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 946, 2, 1, 0), &
-      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 949, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 951, &
+         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 940, 2, 1, 0), &
+      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 943, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 945, &
          1, 1, 0), &
-      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 953, &
+      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 947, &
          1, 1, 0), &
-      rule_t('&growth speed', requires, '&growth law = ''prescribed''', by_meaning, '', '', 955, 1, 1, 0), &
-      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 957, 1, 1, 0), &
-      rule_t('&growth rate_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 959, 1, 1, 0), &
-      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 961, 1, 1, 0), &
-      rule_t('&growth threshold', requires, '&growth law = ''fatigue''', by_meaning, '', '', 963, 1, 1, 0), &
-      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 965, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 967, 1, 1, 0), &
+      rule_t('&growth speed', requires, '&growth law = ''prescribed''', by_meaning, '', '', 949, 1, 1, 0), &
+      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 951, 1, 1, 0), &
+      rule_t('&growth rate_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 953, 1, 1, 0), &
+      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 955, 1, 1, 0), &
+      rule_t('&growth threshold', requires, '&growth law = ''fatigue''', by_meaning, '', '', 957, 1, 1, 0), &
+      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 959, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 961, 1, 1, 0), &
       rule_t('&growth increment', requires, '&growth law = {growth laws at rest}', by_meaning, &
-         'dynamic growth advances in each time step', '', 969, 1, 1, 0), &
-      rule_t('&growth limit_speed', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, '', '', 971, 1, &
+         'dynamic growth advances in each time step', '', 963, 1, 1, 0), &
+      rule_t('&growth limit_speed', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, '', '', 965, 1, &
          1, 0), &
-      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 973, 1, 1, 0), &
-      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 975, &
+      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 967, 1, 1, 0), &
+      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 969, &
          1, 1, 0), &
-      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 977, 1, &
+      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 971, 1, &
          1, 0), &
-      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 979, 1, &
+      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 973, 1, &
          1, 0), &
-      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 981, &
+      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 975, &
          1, 1, 0), &
       rule_t('&growth speeds', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, &
-         'a tip at rest has no speed', '', 983, 1, 1, 0), &
-      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 985, &
+         'a tip at rest has no speed', '', 977, 1, 1, 0), &
+      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 979, &
          1, 1, 0), &
-      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 987, 1, 1, 0), &
-      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 989, 1, 1, &
+      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 981, 1, 1, 0), &
+      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 983, 1, 1, &
          0), &
-      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 991, 1, &
+      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 985, 1, &
          1, 0), &
-      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 993, 1, &
+      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 987, 1, &
          1, 0), &
-      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 995, 1, 1, 0), &
+      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 989, 1, 1, 0), &
       rule_t('&growth start', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', &
-         997, 1, 1, 0), &
-      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 999, &
+         991, 1, 1, 0), &
+      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 993, &
          1, 1, 0), &
-      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 1001, 1, 1, 0), &
-      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 1003, 1, 1, 0), &
+      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 995, 1, 1, 0), &
+      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 997, 1, 1, 0), &
       rule_t('&growth direction = ''path''', not_with, '&growth law = {growth laws at rest}', not_built, &
-         'static growth follows a criterion or the crack''s own line', '', 1005, 1, 1, 0), &
+         'static growth follows a criterion or the crack''s own line', '', 999, 1, 1, 0), &
       rule_t('&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy'' | ''path''', not_with, &
          '&crack kind = ''symmetry''', mechanics, 'the crack stays on its symmetry plane', '&growth direction = ''straight''', &
-         1007, 1, 1, 1), &
+         1001, 1, 1, 1), &
       rule_t('&growth tips = ''last'' | ''first''', not_with, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''largest''', 1010, 1, 1, 1)]
+         '&growth tips = ''largest''', 1004, 1, 1, 1), &
+      rule_t('&growth tips = ''largest''', requires, '&growth law = {growth laws at rest}', not_built, '', &
+         '&growth tips = ''all''', 1007, 1, 1, 1), &
+      rule_t('&growth tips = ''first''', not_with, '&crack kind = ''symmetry''', by_meaning, &
+         'the crack has one tip, its last point', '', 1010, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_11(*) = [ &
-      rule_t('&growth tips = ''largest''', requires, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''all''', 1013, 1, 1, 1), &
-      rule_t('&growth tips = ''first''', not_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack has one tip, its last point', '', 1016, 1, 1, 0), &
       rule_t('&growth tips = ''largest'' | ''last''', no_effect_with, '&crack kind = ''symmetry''', mechanics, &
-         'the crack has one tip', '', 1018, 1, 1, 0), &
-      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1020, 1, 1, 0), &
+         'the crack has one tip', '', 1012, 1, 1, 0), &
+      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1014, 1, 1, 0), &
       rule_t('&nucleation and several cracks', requires, '&nucleation crack', by_meaning, 'the name selects the crack', '', &
-         1022, 2, 1, 0), &
-      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1025, 1, 1, 0), &
+         1016, 2, 1, 0), &
+      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1019, 1, 1, 0), &
       rule_t('&nucleation', requires, '&method time = ''static''', not_built, &
-         'cracks appear at rest; in motion &cohesive parts faces', '', 1027, 1, 1, 0), &
+         'cracks appear at rest; in motion &cohesive parts faces', '', 1021, 1, 1, 0), &
       rule_t('&nucleation', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are not held are scaled until the crack appears', '', 1029, 1, 1, 0), &
+         'loads and motions that are not held are scaled until the crack appears', '', 1023, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack kind = ''symmetry''', not_built, 'the whole body tells the energy of a new crack', &
-         '', 1031, 1, 1, 0), &
+         '', 1025, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&control', not_built, 'what a new crack releases depends on the stiffness of the frame', &
-         '', 1033, 1, 1, 0), &
-      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1035, &
+         '', 1027, 1, 1, 0), &
+      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1029, &
          1, 1, 0), &
       rule_t('&nucleation', not_with, '&load on = ''crack''', not_built, &
-         'a pressure does work on the faces of a new crack at once', '', 1037, 1, 1, 0), &
+         'a pressure does work on the faces of a new crack at once', '', 1031, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1039, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1033, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&constraint unilateral = .true.', not_built, &
-         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1042, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1036, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws of any strain}', not_built, &
-         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1045, &
+         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1039, &
          1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws with a history}', mechanics, &
          'what is stored before and after does not tell what a new crack releases', &
-         '&material law = ''linear_elastic'' | ''orthotropic''', 1048, 1, 1, 1), &
-      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1051, 1, 1, 0), &
+         '&material law = ''linear_elastic'' | ''orthotropic''', 1042, 1, 1, 1), &
+      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1045, 1, 1, 0), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, 'tips at no nodes', mechanics, &
-         'virtual crack closure needs a tip at a node', '''domain_integral''', 1053, 1, 1, 1), &
+         'virtual crack closure needs a tip at a node', '''domain_integral''', 1047, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, &
          '&growth and &crack kind = ''symmetry'' and a plane', mechanics, &
-         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1056, 1, 3, &
+         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1050, 1, 3, &
          1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, '&cohesive', mechanics, &
-         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1061, 1, 1, 1), &
+         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1055, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of elastic material}', not_with, '&material law = {laws with a history}', &
-         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1064, 1, 1, 1), &
+         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1058, 1, 1, 1), &
       rule_t('&energy_release estimators = ''stress_closure''', not_with, '&load on = ''crack''', mechanics, &
-         'the derivation assumes traction-free crack faces', '''domain_integral''', 1067, 1, 1, 1), &
+         'the derivation assumes traction-free crack faces', '''domain_integral''', 1061, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of isotropic material}', not_with, '&material law = ''orthotropic''', &
-         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1070, 1, 1, 1), &
+         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1064, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, &
          '&crack contact = ''frictionless'' | ''friction''', mechanics, 'the estimator assumes traction-free crack faces', &
-         '''domain_integral''', 1073, 1, 1, 1), &
+         '''domain_integral''', 1067, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load on = ''crack''', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1076, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1070, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load face = ''left'' | ''right''', &
-         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1079, 1, 1, 1), &
+         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1073, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&cohesive', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1082, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1076, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&growth', not_built, &
-         'the estimator is for stationary tips', '''domain_integral''', 1085, 1, 1, 1), &
+         'the estimator is for stationary tips', '''domain_integral''', 1079, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&nucleation', not_built, &
-         'the estimator is for tips that are there from the start', '''domain_integral''', 1088, 1, 1, 1), &
+         'the estimator is for tips that are there from the start', '''domain_integral''', 1082, 1, 1, 1), &
       rule_t('&energy_release estimators = ''domain_integral''', warned_with, '&material law = {laws with a history}', &
          mechanics, 'J depends on its domain where material yields or creeps; K, modes and errors are not '// &
-         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1091, 1, 1, 0), &
+         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1085, 1, 1, 0), &
       rule_t('&energy_release estimators = ''material_force''', warned_with, '&material law = {laws with a history}', mechanics, &
-         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1093, 1, 1, &
+         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1087, 1, 1, &
          0), &
       rule_t('&energy_release t_stress = .true.', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'the T-stress is an interaction integral', '', 1095, 1, 1, 0), &
+         'the T-stress is an interaction integral', '', 1089, 1, 1, 0), &
       rule_t('&energy_release t_stress = .true.', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1097, 1, 1, 0), &
+         'the fields that the integral is with are those of elastic material', '', 1091, 1, 1, 0), &
       rule_t('&energy_release t_stress = .true.', not_with, '&growth law = {growth laws in motion}', mechanics, &
-         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1099, 1, 1, &
+         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1093, 1, 1, &
          0), &
       rule_t('&energy_release phase_length', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'K of an interface is an interaction integral', '', 1101, 1, 1, 0), &
+         'K of an interface is an interaction integral', '', 1095, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1103, 1, 1, 0), &
+         'the fields that the integral is with are those of elastic material', '', 1097, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = ''orthotropic''', not_built, &
-         'the fields that the integral is with are those of isotropic materials', '', 1105, 1, 1, 0), &
+         'the fields that the integral is with are those of isotropic materials', '', 1099, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack kind = ''symmetry''', mechanics, &
-         'beyond a symmetry plane is the same material', '', 1107, 1, 1, 0), &
+         'beyond a symmetry plane is the same material', '', 1101, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack contact = ''frictionless'' | ''friction''', mechanics, &
-         'faces that touch at an interface have other fields at the tip', '', 1109, 1, 1, 0), &
+         'faces that touch at an interface have other fields at the tip', '', 1103, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&growth law = {growth laws in motion}', not_built, &
-         'the fields that the integral is with are those of a tip at rest', '', 1111, 1, 1, 0)]
+         'the fields that the integral is with are those of a tip at rest', '', 1105, 1, 1, 0), &
+      rule_t('&energy_release radii', no_effect_without, '&energy_release estimators = {estimators by radii}', by_meaning, '', &
+         '', 1107, 1, 1, 0), &
+      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1109, &
+         1, 1, 0)]
 
    type(rule_t), parameter :: rules_12(*) = [ &
-      rule_t('&energy_release radii', no_effect_without, '&energy_release estimators = {estimators by radii}', by_meaning, '', &
-         '', 1113, 1, 1, 0), &
-      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1115, &
-         1, 1, 0), &
-      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1117, 1, &
+      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1111, 1, &
          1, 0), &
       rule_t('&energy_release reference = ''dcb''', requires, &
          '&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', mechanics, &
-         'the closed form is for a crack along the beam', '', 1119, 1, 2, 0), &
+         'the closed form is for a crack along the beam', '', 1113, 1, 2, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, 'several bodies', mechanics, 'the closed form is for one beam', &
-         'reference = ''value''', 1122, 1, 1, 0), &
+         'reference = ''value''', 1116, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&material law = ''orthotropic''', mechanics, &
-         'the closed form is for isotropic material', 'reference = ''value''', 1124, 1, 1, 0), &
+         'the closed form is for isotropic material', 'reference = ''value''', 1118, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&load kind = ''pressure'' | ''gravity''', mechanics, &
-         'the closed form is for forces', 'reference = ''value''', 1126, 1, 1, 0), &
+         'the closed form is for forces', 'reference = ''value''', 1120, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&growth', mechanics, 'the closed form is for a stationary crack', &
-         '', 1128, 1, 1, 0), &
-      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1130, 1, 1, 0), &
-      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1132, 1, 1, 0), &
-      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1134, 1, 1, 0), &
-      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1136, 1, 1, 0), &
+         '', 1122, 1, 1, 0), &
+      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1124, 1, 1, 0), &
+      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1126, 1, 1, 0), &
+      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1128, 1, 1, 0), &
+      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1130, 1, 1, 0), &
       rule_t('&probe at', requires, '&probe quantity = ''displacement'' | ''velocity'' | ''stress'' | ''strain''', by_meaning, &
-         '', '', 1138, 1, 1, 0), &
+         '', '', 1132, 1, 1, 0), &
       rule_t('&probe quantity = ''velocity''', not_with, '&method time = ''static''', mechanics, &
-         'a static model has no velocity', '', 1140, 1, 1, 0), &
-      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1142, 1, 1, 0), &
-      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1144, 1, 1, 0), &
+         'a static model has no velocity', '', 1134, 1, 1, 0), &
+      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1136, 1, 1, 0), &
+      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1138, 1, 1, 0), &
       rule_t('&probe quantity = ''opening'' | ''volume'' and several cracks', requires, '&probe of', by_meaning, &
-         'the name selects the crack', '', 1146, 2, 1, 0), &
+         'the name selects the crack', '', 1140, 2, 1, 0), &
       rule_t('&probe quantity = ''load_line''', requires, '&probe of', by_meaning, 'the name selects the load or constraint', &
-         '', 1149, 1, 1, 0), &
+         '', 1143, 1, 1, 0), &
       rule_t('&probe quantity = ''load_line''', not_with, '&probe quantity = ''opening'' | ''volume''', by_meaning, &
-         'of is a crack there', 'two probes', 1151, 1, 1, 0), &
-      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1153, 1, &
+         'of is a crack there', 'two probes', 1145, 1, 1, 0), &
+      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1147, 1, &
          1, 0), &
-      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1155, 1, 1, 0), &
-      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1157, 1, 1, 0), &
-      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1159, 1, 1, 0), &
-      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1161, 1, 1, 0)]
+      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1149, 1, 1, 0), &
+      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1151, 1, 1, 0), &
+      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1153, 1, 1, 0), &
+      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1155, 1, 1, 0)]
 
    type(rule_t), parameter :: rules(*) = [rules_1, rules_2, rules_3, rules_4, rules_5, rules_6, rules_7, rules_8, rules_9, &
       rules_10, rules_11, rules_12]

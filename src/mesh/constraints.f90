@@ -61,6 +61,7 @@ module hampm_constraints
       procedure :: fix
       procedure :: prescribed_at
       procedure :: prescribed_of_nodes
+      procedure :: by_ways
       procedure :: prescribed_of_box
       procedure :: largest_prescribed
       procedure :: scale_ways
@@ -436,7 +437,7 @@ contains
             ways(:, k) = motion%displacement*motion%history%largest_factor()
          end associate
       end do
-      u(:, self%node) = ways_of_nodes(self, ways)
+      u(:, self%node) = self%by_ways(ways)
    end function largest_prescribed
 
    !> The same of the nodes with a component in a box [m], (ndim, these nodes).
@@ -444,11 +445,11 @@ contains
       class(constraints_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]
       real(dp) :: u(ndim, size(self%node))
-      u = ways_of_nodes(self, self%ways_at(time))
+      u = self%by_ways(self%ways_at(time))
    end function prescribed_of_nodes
 
    !> Ways of the boxes, by the nodes with a component in one [m], (ndim, these nodes).
-   pure function ways_of_nodes(self, ways) result(u)
+   pure function by_ways(self, ways) result(u)
       class(constraints_t), intent(in) :: self
       real(dp), intent(in) :: ways(:, :)         !! [m], (ndim, boxes)
       real(dp) :: u(ndim, size(self%node))
@@ -461,7 +462,7 @@ contains
             u(d, i) = of_box(d, self%box(d, self%node(i)))
          end do
       end do
-   end function ways_of_nodes
+   end function by_ways
 
    !> Prescribed displacement of each box at a time [m], (ndim, boxes).
    pure function ways_at(self, time) result(ways)

@@ -3,10 +3,10 @@
 !>
 !>    u = u_0 + sum over modes of x_k q_k + sum over loads of U_l h_l,    q_k'' + alpha q_k' + w_k**2 q_k = x_k . f
 !>
-!> with the displacement U_l by that part of a load l which no mode has, and the factor h_l of its history. A step of time ends at
-!> the next row, whatever its length. Theory: docs/explanation/modal.md. Sources: Clough & Penzien, Dynamics of Structures (1993),
-!> chapters 12 and 13; Bathe, Finite Element Procedures (1996), section 9.3; Cornwell, Craig & Johnson, Earthq. Eng. Struct. Dyn. 11
-!> (1983) 123-136 (mode acceleration).
+!> with the displacement U_l by that part of a load l which no mode has, and the factor h_l of its history; supports may move
+!> (`hampm_moved_supports`). A step of time ends at the next row, whatever its length. Theory: docs/explanation/modal.md. Sources:
+!> Clough & Penzien, Dynamics of Structures (1993), chapters 12 and 13; Bathe, Finite Element Procedures (1996), section 9.3;
+!> Cornwell, Craig & Johnson, Earthq. Eng. Struct. Dyn. 11 (1983) 123-136 (mode acceleration).
 module hampm_modal
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
@@ -16,6 +16,7 @@ module hampm_modal
    use hampm_integrator, only: integrator_t, book_step
    use hampm_loads, only: add_load, place_loads
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
+   use hampm_moved_supports, only: moved_supports_t, piece_t
    use hampm_newmark, only: move_particles, follow_nodes
    use hampm_nodal_state, only: internal_force
    use hampm_problem, only: problem_t, map_to_grid, refresh_grid, stored_energy, kinetic_energy
@@ -53,18 +54,21 @@ module hampm_modal
       real(dp), allocatable, private :: mass(:)  !! part of M beside the matrices of cells [kg], (n_points)
       real(dp), allocatable, private :: shape(:, :) !! x of each mode at the unknowns, (unknowns, modes) [kg^-0.5]
       real(dp), allocatable, private :: q(:), rate(:)
-      real(dp), allocatable, private :: first(:) !! internal forces at the start, at the unknowns [N]
+      real(dp), allocatable, private :: first(:, :) !! internal forces at the start [N], (ndim, n_points)
       type(time_history_t), allocatable, private :: history(:) !! h of each load
-      real(dp), allocatable, private :: push(:, :) !! x . f of each load at its factor 1; first forces are load 0, (modes, 0:loads)
-      real(dp), allocatable, private :: static_part(:, :) !! U of these [m], (unknowns, 0:loads)
-      real(dp), allocatable, private :: compliance(:, :) !! f . U of each two of them [J], (0:loads, 0:loads)
+      real(dp), allocatable, private :: push(:, :) !! x . f of each load at its factor 1; first forces are load 0, moved supports
+                                                 !! the last, (modes, 0:loads and motions)
+      real(dp), allocatable, private :: static_part(:, :) !! U of these [m], (unknowns, 0:loads and motions)
+      real(dp), allocatable, private :: compliance(:, :) !! f . U of each two of them [J]
       real(dp), allocatable, private :: held(:)  !! h of these in the present displacement, (0:loads)
+      type(moved_supports_t), private :: supports
    contains
       procedure :: advance
       procedure :: initialise
       procedure :: serialise
       procedure :: describe
       procedure :: report
+      procedure, private :: in_modes
    end type modal_t
 
 contains
@@ -76,7 +80,7 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! not used [s]
       type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: r(:, :)
+      real(dp), allocatable :: r(:, :), momentum(:)
       logical :: is_ringing                      ! from rest
       real(dp) :: before
       call refresh_grid(m)
@@ -84,14 +88,15 @@ contains
       if (failure%failed()) return
       is_ringing = allocated(m%state%displacement)
       call internal_force(m, r)
-      self%first = self%k%unknowns%gather(r)
+      self%first = r
+      momentum = self%k%unknowns%gather(m%fields%momentum)
       call find_modes(self, m, failure)
       if (failure%failed()) return
       allocate (self%held(0:size(self%history)), source=0.0_dp)
       if (is_ringing) self%held = factors_at(self, m%state%time)
       if (.not. is_ringing) allocate (m%state%displacement, source=0*r)
       allocate (self%q(size(self%square)), source=0.0_dp)
-      self%rate = matmul(self%k%unknowns%gather(m%fields%momentum), self%shape)
+      self%rate = matmul(momentum, self%shape)
       before = kinetic_energy(m)
       m%state%velocity = field_of(m, self, matmul(self%shape, self%rate))
       call follow_nodes(m, m%state%velocity)
@@ -105,8 +110,9 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: q(:), held(:), du(:, :), v(:, :)
+      real(dp), allocatable :: q(:), held(:), way(:), du(:, :), v(:, :)
       real(dp) :: energy, booked
+      integer :: k, n
       if (.not. m%cache%mapped) call map_to_grid(m)
       if (.not. allocated(self%shape)) then
          call refresh_grid(m)
@@ -114,16 +120,22 @@ contains
          if (.not. failure%failed()) call find_modes(self, m, failure)
          if (failure%failed()) return
       end if
+      n = size(self%history)
       energy = 0
       if (m%audit) energy = stored_energy(m) + kinetic_energy(m)
       booked = m%energies%external_work - m%energies%damping_loss
       q = self%q
+      way = self%supports%way
       call follow_modes(self, m, dt)
       allocate (held(0:size(self%history)))
       held = factors_at(self, m%state%time + dt)
-      du = field_of(m, self, matmul(self%shape, self%q - q) + matmul(self%static_part, held - self%held))
+      du = field_of(m, self, matmul(self%shape, self%q - q) + matmul(self%static_part(:, :n), held - self%held))
       v = field_of(m, self, matmul(self%shape, self%rate))
-      associate (work => m%energies%external_work, s => self%compliance(1:, 1:), h => held(1:), before => self%held(1:))
+      do k = 1, self%supports%n
+         du = du + (self%supports%way(k) - way(k))*self%supports%shape(:, :, k)
+         v = v + self%supports%rate(k)*self%supports%shape(:, :, k)
+      end do
+      associate (work => m%energies%external_work, s => self%compliance(1:n, 1:n), h => held(1:), before => self%held(1:))
          work = work + (dot_product(h, matmul(s, h)) - dot_product(before, matmul(s, before)))/2
       end associate
       call move_particles(m, dt, du, v, .false.)
@@ -143,20 +155,29 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), dimension(0:size(self%history)) :: h, slope
-      real(dp), dimension(size(self%square)) :: p, p_slope, of_loads, of_loads_slope
+      real(dp), dimension(size(self%square)) :: p, p_slope, of_loads, of_loads_slope, q, rate, sums
       type(response_t) :: after
+      type(piece_t) :: piece
       real(dp) :: time, corner, t, work, gain
       integer :: k
       time = m%state%time
       do while (time < m%state%time + dt)
-         corner = min(m%state%time + dt, max(minval([huge(time), self%history%end_of_line(time)]), time + dt/most_chords))
+         corner = min(m%state%time + dt, max(minval([huge(time), self%history%end_of_line(time), &
+                                                     self%supports%history%end_of_line(time)]), time + dt/most_chords))
          t = corner - time
+         call self%supports%enter(time, corner, self%square, self%q, self%rate, piece, m%energies%external_work)
+         q = self%q
+         rate = self%rate
          h = factors_at(self, time)
          slope = (factors_at(self, nearest(corner, -1.0_dp)) - h)/t
-         of_loads = matmul(self%push(:, 1:), h(1:))
-         of_loads_slope = matmul(self%push(:, 1:), slope(1:))
+         of_loads = matmul(self%push(:, 1:size(self%history)), h(1:))
+         of_loads_slope = matmul(self%push(:, 1:size(self%history)), slope(1:))
          p = of_loads + self%push(:, 0)*h(0)
          p_slope = of_loads_slope + self%push(:, 0)*slope(0)
+         if (self%supports%n > 0) then
+            p = p - matmul(self%supports%pull, piece%slope + m%damping_rate*piece%rate)
+            p_slope = p_slope - matmul(self%supports%pull, m%damping_rate*piece%slope)
+         end if
          do k = 1, size(self%square)
             after = respond(self%square(k), m%damping_rate, p(k), p_slope(k), t, self%q(k), self%rate(k))
             work = (of_loads(k) + t*of_loads_slope(k))*after%q - of_loads(k)*self%q(k) - of_loads_slope(k)*after%sum
@@ -168,7 +189,10 @@ contains
             end if
             self%q(k) = after%q
             self%rate(k) = after%rate
+            sums(k) = after%sum
          end do
+         call self%supports%leave(corner, t, m%damping_rate, piece, q, sums, rate, self%rate, self%q, m%energies%external_work, &
+                                  m%energies%damping_loss)
          time = corner
       end do
    end subroutine follow_modes
@@ -300,6 +324,8 @@ contains
       most = self%k%unknowns%n - 1
       wanted = self%asked
       if (wanted == 0) wanted = at_first
+      call self%supports%find_motions(m)
+      call self%supports%find_forces_against(m)
       call find_forces(self, m, force)
       do
          call search(self, m, min(wanted, most), failure)
@@ -314,6 +340,7 @@ contains
          if (wanted >= min(most, most_by_itself) .or. self%asked > 0 .or. self%left_out <= tolerance) exit
          wanted = 2*wanted
       end do
+      call take_supports(self, m)
       call find_errors(self, m, failure)
    end subroutine find_modes
 
@@ -347,18 +374,19 @@ contains
       self%square = self%shift*merge(self%square, 0.0_dp, self%square > rigid)
    end subroutine search
 
-   !> Forces of the start, and of each load at its factor 1, at the unknowns; loads of one number are one. Their histories.
+   !> Forces of the start, and of each load at its factor 1, at the unknowns; loads of one number are one. Their histories. The
+   !> forces against moved supports come last.
    subroutine find_forces(self, m, force)
       class(modal_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      real(dp), allocatable, intent(out) :: force(:, :) !! [N], (unknowns, 0:loads)
+      real(dp), allocatable, intent(out) :: force(:, :) !! [N], (unknowns, 0:loads and motions)
       real(dp), allocatable :: of_load(:, :)
       integer :: numbers(size(m%loads)), k, l, n
       numbers = m%loads%number
       n = 0
       allocate (of_load(ndim, m%grid%n_points))
-      allocate (force(self%k%unknowns%n, 0:size(numbers)))
-      force(:, 0) = self%first
+      allocate (force(self%k%unknowns%n, 0:size(numbers) + self%supports%n))
+      force(:, 0) = self%k%unknowns%gather(self%first)
       if (allocated(self%history)) deallocate (self%history)
       allocate (self%history(size(numbers)))
       call place_loads(m%loads, m%grid, m%particles)
@@ -374,18 +402,50 @@ contains
          force(:, n) = self%k%unknowns%gather(of_load)
       end do
       self%history = self%history(:n)
-      force = force(:, :n)
+      do k = 1, self%supports%n
+         force(:, n + k) = self%k%unknowns%gather(self%supports%against(:, :, k))
+      end do
+      force = force(:, :n + self%supports%n)
    end subroutine find_forces
+
+   !> Give the supports the displacement of the free nodes that follows them statically, which is in the modes and beside them, and
+   !> what its inertia is to the modes.
+   subroutine take_supports(self, m)
+      class(modal_t), intent(inout) :: self
+      type(problem_t), intent(in) :: m
+      real(dp), allocatable :: free(:, :, :), momentum(:, :, :)
+      integer :: k, n
+      n = size(self%history)
+      allocate (free(ndim, m%grid%n_points, self%supports%n))
+      do k = 1, self%supports%n
+         free(:, :, k) = field_of(m, self, self%static_part(:, n + k) + matmul(self%shape, self%in_modes(n + k)))
+      end do
+      call self%supports%find_energies(m, free, self%first, self%mass, momentum)
+      if (allocated(self%supports%pull)) deallocate (self%supports%pull)
+      allocate (self%supports%pull(size(self%square), self%supports%n))
+      do k = 1, self%supports%n
+         self%supports%pull(:, k) = matmul(self%k%unknowns%gather(momentum(:, :, k)), self%shape)
+      end do
+   end subroutine take_supports
+
+   !> The static displacement of the strained modes by a load.
+   pure function in_modes(self, load) result(q)
+      class(modal_t), intent(in) :: self
+      integer, intent(in) :: load
+      real(dp) :: q(size(self%square))
+      q = merge(self%push(:, load)/max(self%square, tiny(1.0_dp)), 0.0_dp, self%square > 0)
+   end function in_modes
 
    !> The part of each load in each mode, and the displacement U by the rest of it, K U = f - sum over modes of M x (x . f), by
    !> iteration with K + c M: its error falls by c/(w**2 + c) of the lowest mode that is left out. Fails where that is nearly 1.
+   !> The measure of what is left out is strain energy for a load, and mass for the displacement that follows a support.
    subroutine find_static_part(self, m, force, failure)
       class(modal_t), intent(inout) :: self
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: force(:, 0:)       !! (unknowns, 0:loads)
+      real(dp), intent(in) :: force(:, 0:)       !! (unknowns, 0:loads and motions of supports)
       type(failure_t), intent(inout) :: failure
       real(dp), dimension(size(force, 1)) :: rest, product, change
-      real(dp) :: of_modes
+      real(dp) :: of_modes, beside
       integer :: l, turn
       if (allocated(self%static_part)) deallocate (self%push, self%static_part, self%compliance)
       associate (n => ubound(force, 2), x => self%shape)
@@ -416,8 +476,13 @@ contains
          self%compliance = (self%compliance + transpose(self%compliance))/2
          do l = 0, n
             of_modes = sum(self%push(:, l)**2/self%square, mask=self%square > 0)
-            if (self%compliance(l, l) > 0) self%left_out = max(self%left_out, self%compliance(l, l)/ &
-                                                               (self%compliance(l, l) + of_modes))
+            beside = self%compliance(l, l)
+            if (l > size(self%history)) then
+               of_modes = sum(self%in_modes(l)**2)
+               call by_mass(self, m, self%static_part(:, l), product)
+               beside = dot_product(product, self%static_part(:, l))
+            end if
+            if (beside > 0) self%left_out = max(self%left_out, beside/(beside + of_modes))
          end do
       end associate
    end subroutine find_static_part
@@ -478,17 +543,18 @@ contains
       class(modal_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
-      integer :: n(3)
+      integer :: n(2)
       n = 0
-      if (allocated(self%q)) n = [size(self%q), size(self%first), size(self%history)]
-      call archive%archive_integers('sizes_of_modes', 3, n)
+      if (allocated(self%q)) n = [size(self%q), size(self%history)]
+      call archive%archive_integers('sizes_of_modes', 2, n)
       if (n(1) == 0) return
-      if (archive%is_read) allocate (self%q(n(1)), self%rate(n(1)), self%first(n(2)), self%held(0:n(3)), &
+      if (archive%is_read) allocate (self%q(n(1)), self%rate(n(1)), self%first(ndim, m%grid%n_points), self%held(0:n(2)), &
                                      m%state%displacement(ndim, m%grid%n_points), m%state%velocity(ndim, m%grid%n_points))
       call archive%archive_reals('modal_displacement', n(1), self%q)
       call archive%archive_reals('modal_velocity', n(1), self%rate)
-      call archive%archive_reals('first_forces', n(2), self%first)
-      call archive%archive_reals('held_factors', n(3) + 1, self%held)
+      call archive%archive_reals('first_forces', size(self%first), self%first)
+      call archive%archive_reals('held_factors', n(2) + 1, self%held)
+      call self%supports%serialise(m%grid%n_points, archive)
       call archive%archive_reals('nodal_displacement', size(m%state%displacement), m%state%displacement)
       call archive%archive_reals('nodal_velocity', size(m%state%velocity), m%state%velocity)
    end subroutine serialise
@@ -538,7 +604,8 @@ contains
       text = ''
       if (.not. allocated(self%square)) return
       text = to_text(size(self%square))//' modes, up to '//three_digits(sqrt(maxval(self%square))/two_pi)//' Hz; '// &
-             three_digits(max(100*self%left_out, rounding))//' % of the strain energy of a load is left to modes above, which '// &
-             'follow it statically'
+             three_digits(max(100*self%left_out, rounding))//' % of the strain energy of a load'
+      if (self%supports%n > 0) text = text//', or of the mass that follows a support,'
+      text = text//' is left to modes above, which follow it statically'
    end function report
 end module hampm_modal

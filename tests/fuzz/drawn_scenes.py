@@ -669,7 +669,7 @@ class Drawing:
         if {keys["law"] for keys in groups(scene, "material") if keys["name"] in used} - {"linear_elastic", "orthotropic"} or any(
                 groups(scene, name) for name in ("growth", "cohesive", "contact", "control")):
             return
-        for name, of_name in (("crack", ["contact", "friction"]), ("constraint", ["displacement", "velocity", "unilateral", *HISTORY_KEYS, "held"]),
+        for name, of_name in (("crack", ["contact", "friction"]), ("constraint", ["unilateral"]),
                               ("method", ["time_step", "hht_alpha", "solver"])):
             for keys in groups(scene, name):
                 for key in of_name:

@@ -153,6 +153,9 @@ SCENES = {
     + "&method time = 'implicit' time_step = 5e-7 hht_alpha = -0.1 /\n&damping rate = 1e4 /\n" + EVERY.format("2e-6"),
     "by modes": plate(end="1e-5", more="velocity = 0.1, 0.2") + HELD + PULL.format("history = 'ramp' rise_time = 5e-6") + PATH.format("").replace("contact = 'frictionless'", "") + J.format("")
     + "&method time = 'modal' modes = 30 mass = 'weighted' /\n&damping rate = 1e4 /\n" + EVERY.format("2e-6"),
+    "moved by modes": plate(end="1e-5") + HELD + "&constraint lower = -10e-3, 10e-3 upper = 10e-3, 10e-3 fix = 'xy' displacement = 1e-8, 2e-8 velocity = 0.0, 0.1 "
+    "history = 'smooth_ramp' rise_time = 5e-6 /\n" + PATH.format("").replace("contact = 'frictionless'", "") + J.format("")
+    + "&method time = 'modal' modes = 30 mass = 'consistent' /\n&damping rate = 1e4 /\n" + EVERY.format("2e-6"),
     "yields": plate(law="law = 'j2_plastic' yield_stress = 200e6 hardening = 1e9 volumetric = 'b_bar' " + STEEL, run="plane = 'strain'") + HELD + PULL.format("")
     + STATIC.format("load_steps = 4"),
     "yields in motion": plate(law="law = 'j2_plastic' yield_stress = 200e6 " + STEEL, end="8e-6", run="plane = 'strain'") + HELD + PULL.format("") + PATH.format("") + J.format("")

@@ -59,6 +59,8 @@ SCENES = {
     + "&method time = 'implicit' time_step = 1e-6 hht_alpha = -0.1 /\n&damping rate = 1e4 /\n" + EVERY.format("2e-6"),
     "by modes": block(end="1e-5") + FOOT + PULL.format("history = 'ramp' rise_time = 5e-6") + DISC.format("")
     + "&method time = 'modal' modes = 30 /\n&damping rate = 1e4 /\n" + EVERY.format("2e-6"),
+    "moved by modes": block(end="1e-5") + FOOT + f"&constraint {face(2, 4)} fix = 'xz' velocity = 0.5, 0.0, 1.0 history = 'ramp' rise_time = 3e-6 /\n" + DISC.format("")
+    + "&method time = 'modal' modes = 20 /\n&damping rate = 1e4 /\n" + EVERY.format("2e-6"),
     "moved": block(LAYER) + FOOT + f"&constraint {face(2, 4)} fix = 'xyz' name = 'top' displacement = 1e-6, 2e-6, 3e-6 history = 'table' times = 0.0, 0.7, 1.0 factors = 0.0, 1.0, 0.2 /\n"
     + STATIC.format("load_steps = 3").replace("&output", "&output history_interval = 0.3 "),
     "moved until the load drops": block().replace("end_time = 1.0", "end_time = 1.0 stop_when = 'load_dropped' stop_load = 0.7") + FOOT

@@ -173,6 +173,76 @@ def test_few_modes_with_the_static_rest_end_in_equilibrium(columns):
     assert row["load_displacement_end_x"][-1] == pytest.approx(FORCE * LENGTH / (E * SECTION), rel=1e-9)
 
 
+ON_A_WALL = BAR.replace("fix = 'xy' name = 'wall'", "fix = 'xy' name = 'wall' {}").replace(f"force = {FORCE}, 0", "force = 1e-9, 0")
+
+
+def chain_on_a_wall(mass, motion, rate, times, is_whole):
+    """Displacements of the end of the chain whose wall moves by motion(t) = (displacement, velocity, acceleration without impulses) between these times, and
+    begins to move with a jump of its velocity where that jumps: absolute displacements, by the exponential of the first-order system."""
+    m, k = RHO * SECTION * H, E * SECTION / H
+    M, K = chain(mass)
+    n = len(M)
+    couple = {"lumped": 0.0, "consistent": 3 / 16}[mass] * m * np.eye(n)[0]
+    spring = -k * np.eye(n)[0]
+    inverse = np.linalg.inv(M)
+    squares, shapes = eigh(K, M)
+    highest = shapes[:, -1] * (not is_whole)
+    static = np.ones(n)  # the chain follows the wall as a whole
+    size = 2 * n + 4     # u, v, displacement, velocity, acceleration, rate of acceleration of the wall
+    system = np.zeros((size, size))
+    system[:n, n:2 * n] = np.eye(n)
+    system[n:2 * n, :n] = -inverse @ K
+    system[n:2 * n, n:2 * n] = -rate * np.eye(n)
+    system[n:2 * n, 2 * n] = -inverse @ spring
+    system[n:2 * n, 2 * n + 1] = -rate * inverse @ couple
+    system[n:2 * n, 2 * n + 2] = -inverse @ couple
+    system[2 * n:2 * n + 3, 2 * n + 1:2 * n + 4] = np.eye(3)
+    state, found = np.zeros(size), [0.0]
+    for a, b in zip(times, times[1:]):
+        d, v, c = motion(a, +1)
+        state[n:2 * n] -= inverse @ couple * (v - state[2 * n + 1])   # an impulse
+        state[2 * n:] = d, v, c, 0.0
+        state = expm(system * (b - a)) @ state
+        relative = state[:n] - static * state[2 * n]
+        found.append(state[n - 1] - highest[-1] * (highest @ M @ relative))
+    return np.array(found)
+
+
+SPEED, RISE = 2.0, 3.7e-5
+MOTIONS = {
+    "at once": (f"velocity = {SPEED}, 0", lambda t: (SPEED * t, SPEED, 0.0), []),
+    "later": (f"velocity = {SPEED}, 0 start = 1.1e-5", lambda t: (SPEED * max(t - 1.1e-5, 0), SPEED * (t >= 1.1e-5), 0.0), [1.1e-5]),
+    "faster and faster": (f"velocity = {SPEED}, 0 history = 'ramp' rise_time = {RISE}",
+                          lambda t: (SPEED * (min(t, RISE)**2 / 2 / RISE + max(t - RISE, 0)), SPEED * min(t / RISE, 1), SPEED / RISE * (t < RISE)), [RISE]),
+    "by a distance": (f"displacement = 1e-5, 0 history = 'ramp' rise_time = {RISE}", lambda t: (1e-5 * min(t / RISE, 1), 1e-5 / RISE * (t < RISE), 0.0), [RISE]),
+}
+
+
+@pytest.mark.parametrize("mass", ["lumped", "consistent"])
+@pytest.mark.parametrize("rate", [0.0, 3e4])
+@pytest.mark.parametrize("name", MOTIONS)
+def test_a_bar_follows_its_wall_as_its_chain(columns, name, rate, mass):
+    """Displacement of the free end, and the balance of energy with the work of the wall; corners between rows."""
+    words, motion, corners = MOTIONS[name]
+    row = columns(ON_A_WALL.format(words), f"method.mass={mass}", f"damping.rate={rate}")
+    times = np.unique(np.round(np.concatenate([row["time"], corners]), 12))
+    found = chain_on_a_wall(mass, lambda t, side: motion(t + side * 1e-13), rate, times, has_all(row))
+    exact = np.interp(row["time"], times, found)
+    assert row["load_displacement_end_x"] == pytest.approx(exact, abs=1e-7 * np.max(np.abs(exact)))
+    energy = row["kinetic_energy"] + row["strain_energy"] + row["damping_loss"] - row["external_work"]
+    assert np.max(np.abs(energy - energy[0])) < 1e-10 * np.max(row["kinetic_energy"] + row["strain_energy"])
+
+
+def test_a_wall_that_moves_sends_a_wave_through_a_bar(columns):
+    """The free end stays until the wave arrives, moves at twice the speed of the wall until its reflection is back from there, and stays again: d'Alembert."""
+    text = ON_A_WALL.format(f"velocity = {SPEED}, 0").replace(str(H), str(H / 4)).replace(f"cells = {CELLS}", f"cells = {4 * CELLS}")
+    row = columns(text, "method.modes=180", "run.end_time=1.1e-4")
+    arrival = LENGTH / np.sqrt(E / RHO)
+    t = row["time"]
+    exact = 2 * SPEED * (np.clip(t, arrival, 3 * arrival) - arrival)
+    assert row["load_displacement_end_x"] == pytest.approx(exact, abs=0.01 * np.max(exact))
+
+
 def test_a_slender_beam_has_the_frequency_of_timoshenko(columns):
     """(1.8751/L)**2 sqrt(E I/(rho A)), lowered by shear and rotatory inertia by 0.3 % at a slenderness of 20: quadratic cells."""
     length, depth = 0.2, 0.01
@@ -282,6 +352,9 @@ PARTS = {
     "bonded": ("cells = 12, 12", "", "&body material = 'b' lower = 10e-3, -10e-3 upper = 12e-3, 10e-3 /\n&material name = 'b' young = 200e9 poisson = 0.3 density = 7800 /"),
     "gravity": ("cells = 12, 12", "", "&load kind = 'gravity' acceleration = 1e6, -2e6 history = 'sine' frequency = 2e4 /"),
     "a pin": ("cells = 12, 12", "", "&constraint lower = 10e-3, -2e-3 upper = 10e-3, 2e-3 fix = 'xy' turns = .true. /"),
+    "a moved side": ("cells = 12, 12", "", "&constraint lower = 10e-3, -10e-3 upper = 10e-3, 0.0 fix = 'x' displacement = 2e-7, 0 history = 'smooth_ramp' rise_time = 2e-5 /\n"
+                     "&damping rate = 2e4 /"),
+    "a moved pin": ("cells = 12, 12", "", "&constraint lower = 10e-3, -2e-3 upper = 10e-3, 2e-3 fix = 'xy' turns = .true. velocity = 3e-3, 8e-3 history = 'smooth_ramp' rise_time = 3e-5 /"),
     "a hole": ("cells = 12, 12", "", "&body hole = .true. shape = 'circle' center = 5e-3, -5e-3 radius = 2.3e-3 /"),
     "moving": ("cells = 12, 12", "", "spin = 30.0"),
 }
@@ -299,7 +372,7 @@ def test_bodies_move_as_in_short_implicit_steps(columns, name):
     if name == "axisymmetric":
         text = text.replace("'strain'", "'axisymmetric'").replace("lower = -12e-3", "lower = 0.0").replace("lower = -10e-3", "lower = 0.0").replace("upper = 10e-3", "upper = 20e-3")
         text = text.replace("points = -3.3e-3, -1.7e-3, 3.1e-3, 2.3e-3", "points = 6.7e-3, -1.7e-3, 13.1e-3, 2.3e-3").replace("force = 2e4, 4e4", "force = 0.0, 4e4").replace("fix = 'xy'", "fix = 'y'")
-    if name == "a pin":
+    if name in ("a pin", "a moved pin"):
         text = text.replace("lower = -10e-3, -10e-3 upper = 10e-3, -10e-3 fix = 'xy'", "lower = -10e-3, -10e-3 upper = -10e-3, -10e-3 fix = 'x'")
     dt = 1e-7
     if name == "moving":
@@ -313,19 +386,21 @@ def test_bodies_move_as_in_short_implicit_steps(columns, name):
     assert imbalance(row) < 1e-7
 
 
-def test_a_solid_moves_as_in_short_implicit_steps(hampm3d):
-    """With a crack in a plane of the grid; a free block has six rigid modes."""
+@pytest.mark.parametrize("foot", ["", "velocity = 0.0, 0.0, 2e-3 history = 'smooth_ramp' rise_time = 1e-5"])
+def test_a_solid_moves_as_in_short_implicit_steps(hampm3d, foot):
+    """With a crack in a plane of the grid, on a foot that may move; a free block has six rigid modes."""
     text = """&run end_time = 4e-5 /
 &grid lower = 0, 0, 0 cell = 2e-3 cells = 8, 4, 16 /
 &material name = 'a' young = 70e9 poisson = 0.3 density = 2700 /
 &body material = 'a' lower = 0, 0, 0 upper = 16e-3, 8e-3, 32e-3 /
 &crack kind = 'plane' normal = 'z' tip = 8e-3, 4e-3, 16e-3 direction = 1, 0, 0 name = 'a' /
-&constraint lower = 0, 0, 0 upper = 16e-3, 8e-3, 0 fix = 'xyz' /
+&constraint lower = 0, 0, 0 upper = 16e-3, 8e-3, 0 fix = 'xyz' FOOT /
 &load kind = 'traction' lower = 0, 0, 32e-3 upper = 16e-3, 8e-3, 32e-3 force = 1e2, 0, 3e2 history = 'smooth_ramp' rise_time = 1e-5 /
 &method time = 'modal' modes = 150 /
 &energy_release estimators = 'vcct' energy_balance = .true. /
 &output history_interval = 1e-6 /
 """
+    text = text.replace("FOOT", foot)
     row = harness.run(hampm3d, text, name="solid")
     implicit = harness.run(hampm3d, text.replace("'modal' modes = 150", "'implicit' time_step = 2e-7"), name="steps")
     for one in ("kinetic_energy", "strain_energy", "external_work", "G_vcct_I"):
@@ -347,9 +422,11 @@ def test_sudden_heat_shakes_a_bar_as_implicit_steps_have_it(columns):
     assert resting["load_displacement_end_x"][:15] == pytest.approx(np.full(15, 1e-4 * LENGTH), rel=1e-9)
 
 
-def test_a_run_that_is_resumed_has_the_same_bytes(columns, hampm):
-    text = PLATE.format("velocity = 3.0, -2.0", "&load kind = 'traction' lower = 0.04, 0 upper = 0.04, 0.02 force = 1e5, 2e5 history = 'sine' frequency = 2e4 /\n&damping rate = 1e3 /")
-    columns(text)
+@pytest.mark.parametrize("held", ["", "&constraint lower = 0, 0 upper = 0, 0.02 fix = 'xy' velocity = 1.0, 2.0 displacement = 1e-5, 0 history = 'sine' frequency = 3e4 /\n"])
+def test_a_run_that_is_resumed_has_the_same_bytes(columns, hampm, held):
+    text = PLATE.format("velocity = 3.0, -2.0", held + "&load kind = 'traction' lower = 0.04, 0 upper = 0.04, 0.02 force = 1e5, 2e5 history = 'sine' frequency = 2e4 /\n&damping rate = 1e3 /")
+    row = columns(text)
+    assert imbalance(row) < 1e-10
     (hampm.folder / "other.nml").write_text(text)
     assert hampm("other.nml", "--steps", "37", "--set", "output.file=other.h5").returncode == 5
     assert hampm("--resume", "other.h5.checkpoint").returncode == 0
