@@ -88,7 +88,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 # Of a make below this one: as many at a time, unless -j was given
 parallel = --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,-j$(JOBS))
 
-VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
+VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz tests/tools bench
 
 # Targets that compile nothing themselves
 TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab check test costs mutants verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
@@ -346,7 +346,7 @@ $(O)/flags: FORCE
 	@echo '$(flags)' | cmp -s - $@ || { rm -f $(O)/*.o; echo '$(flags)' > $@; }
 FORCE:
 
-$(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/*.f90 tests/fuzz/*.f90 bench/*.f90) tools/depends.awk
+$(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/*.f90 tests/fuzz/*.f90 tests/tools/*.f90 bench/*.f90) tools/depends.awk
 	@mkdir -p $(O)
 	@awk -v folder='$$(O)' -f tools/depends.awk $(filter %.f90,$^) > $@
 

@@ -12,11 +12,8 @@ Run by `make -C bench adaptivity`, or for some parts: .venv/bin/python bench/ada
 """
 
 import math
-import os
-import resource
-import subprocess
-import sys
 
+from program_runs import Program
 from tables import ROOT, command_line, write
 
 SCENE = ROOT / "tests/regression/dcb_settled/case.nml"
@@ -37,29 +34,11 @@ GRADIENT = [  # cell, asked error of G [%], asked particles, settings
 ZZ = [(0.1, 6), (0.05, 6), (0.03, 7)]  # tolerance, levels
 
 
-class Program:
-    """Runs the program in a folder."""
-
-    def __init__(self, path, folder):
-        self.path, self.folder = path, folder
-
-    def __call__(self, name, cell, settings):
-        """Run; return the history, with the error of G [%] and the user time [s]."""
-        import h5py
-        columns = round(0.1 / cell)
-        settings = {"grid.cell": cell, "grid.cells": f"{columns}, {columns // 10 + 1}", "output.file": f"{name}.h5",
-                    **SETTINGS, **settings}
-        command = [str(self.path), str(SCENE), "--output", str(self.folder), "--quiet", "--force", "--threads", "1"]
-        command += [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
-        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-        process = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"})
-        if process.returncode:
-            sys.exit(f"{' '.join(command)}\nhas ended with {process.returncode}: {process.stderr}")
-        with h5py.File(self.folder / f"{name}.h5") as file:
-            last = {key: item[-1] for key, item in file["history"].items()}
-            last["error"] = 100 * (last["G_vcct_I"] / file["history"].attrs["G_ref"] / G_RATIO - 1)
-        last["seconds"] = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
-        return last
+def run(program, cell, settings):
+    """The last values of the history, with the error of G [%] and the processor time [s]."""
+    columns = round(0.1 / cell)
+    done = program(SCENE, {"grid.cell": cell, "grid.cells": f"{columns}, {columns // 10 + 1}", **SETTINGS, **settings})
+    return done.last | {"error": 100 * (done.last["G_vcct_I"] / done.attributes["G_ref"] / G_RATIO - 1), "seconds": done.seconds}
 
 
 def cost(h):
@@ -70,7 +49,7 @@ def known(program):
     """Cells around the tip, from the start: scheme and step as elsewhere here."""
     rows = [("cell [mm]", "levels", "rings", "error of G [%]", "particles", "finest cell [mm]", "CPU [s]")]
     for cell, levels, rings in KNOWN:
-        h = program(f"tip_{cell * 1e3:g}mm", cell, {"refine.indicator": "tip", "refine.max_level": levels, "refine.rings": rings})
+        h = run(program, cell, {"refine.indicator": "tip", "refine.max_level": levels, "refine.rings": rings})
         rows.append((f"{cell * 1e3:g}", levels, rings, f"{h['error']:+.3f}", *cost(h)))
     return rows
 
@@ -78,10 +57,10 @@ def known(program):
 def gradient(program):
     rows = [("cell [mm]", "settings", "asked error of G [%]", "measured", "asked particles", "measured", "finest cell [mm]",
              "CPU [s]")]
-    for k, (cell, asked, particles, settings) in enumerate(GRADIENT):
+    for cell, asked, particles, settings in GRADIENT:
         keys = {"refine.indicator": "gradient", "refine.interval": 100} | LOOKS | {
             f"refine.{key}": value for key, value in settings.items()} | REGION
-        h = program(f"gradient_{k + 1}", cell, keys)
+        h = run(program, cell, keys)
         text = " ".join(f"{key}={value}" for key, value in settings.items())
         rows.append((f"{cell * 1e3:g}", text, asked, f"{h['error']:+.3f}", particles, *cost(h)))
     return rows
@@ -92,7 +71,7 @@ def uniform(program):
     rows = [("cell [mm]", "strain energy [J]", "order", "error of G [%]", "relative error", "estimate", "index", "particles",
              "finest cell [mm]", "CPU [s]")]
     cells = (5e-3, 2.5e-3, 1.25e-3, 0.625e-3)
-    runs = [program(f"uniform_{cell * 1e3:g}mm", cell, {"refine.indicator": "zz", "refine.tolerance": 0.99}) for cell in cells]
+    runs = [run(program, cell, {"refine.indicator": "zz", "refine.tolerance": 0.99}) for cell in cells]
     energy = [h["strain_energy"] for h in runs]
     reference = list(energy)
     for order in (1, 2, 3):  # the crack's terms c and the smooth ones
@@ -117,7 +96,7 @@ def zz(program, reference):
              "finest cell [mm]", "CPU [s]")]
     for tolerance, levels in ZZ:
         keys = {"refine.indicator": "zz", "refine.tolerance": tolerance, "refine.max_level": levels, "refine.interval": 400}
-        h = program(f"zz_{tolerance:g}", 5e-3, keys | LOOKS)
+        h = run(program, 5e-3, keys | LOOKS)
         rows.append((tolerance, levels, f"{h['error']:+.3f}", *index(h, reference), *cost(h)))
     return rows
 

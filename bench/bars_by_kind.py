@@ -6,18 +6,15 @@ tests/reference, none of which an estimate was fitted to. Prints kind, quantity,
 """
 
 import cmath
-import os
 import random
-import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass, field
 from math import log, pi, sqrt
-from pathlib import Path
 from statistics import median
 
-import h5py
 import numpy as np
+from program_runs import Program
 from tables import ROOT, command_line, write
 
 EDGE = [0.2, 0.3, 0.4, 0.5], [1.3673, 1.6599, 2.1114, 2.8246]    # K/(sigma sqrt(pi a)) of an edge crack by a/W (Tada, Paris & Irwin)
@@ -276,13 +273,10 @@ KINDS = {function.__name__: function for function in (peel, interface, fatigue, 
 def rows_of(case, program):
     """(kind, column, state, covered, estimate over error) of each value, or what a run says that ends."""
     with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "case.nml").write_text(case.scene)
-        done = subprocess.run([program, "case.nml", "--quiet", "--force", "--set", "output.file=out.h5"], cwd=folder, capture_output=True, text=True,
-                              env=os.environ | {"OMP_NUM_THREADS": "1"})
-        if done.returncode:
-            return f"exit {done.returncode}: {done.stderr[-300:]}"
-        with h5py.File(Path(folder) / "out.h5") as file:
-            row = {name: values[()] for name, values in file["history"].items()}
+        done = Program(program, folder)(case.scene, codes=range(256))
+        if done.code:
+            return f"exit {done.code}: {done.message[-300:]}"
+        row = done.columns
     rows = []
     for column, right in case.right.items():
         name, _, tip = column.partition("_tip")

@@ -10,6 +10,9 @@
             cover their errors, and the order
     wave    a step of tension meets a slanted crack: rms difference of K_I(t), K_II(t) of both tips, means over a tenth of the window
     shift   a crack that is moved along itself by parts of a cell: G against the straight line, in cells
+    pieces  how often small pieces of cells spoil a run at rest: edge cracks at random under pressure, and rings under inner pressure whose cells
+            refine. Bad is an exit code other than 0, an energy of a ring that is off Lame's by more than 2 %, and a crack that opens at its mouth, or
+            stores, not 0.5 to 1.5 times as much as in cells of half the size
 
 The solutions are in tests/reference/cracks; each file says where it is from. Run by `make -C bench cracks`, or for one part:
 .venv/bin/python bench/cracks.py places --number 50
@@ -17,13 +20,11 @@ The solutions are in tests/reference/cracks; each file says where it is from. Ru
 
 import csv
 import math
-import os
-import subprocess
+import random
 import sys
-from pathlib import Path
 
-import h5py
 import numpy as np
+import program_runs
 from tables import ROOT, command_line, write
 
 REFERENCE = ROOT / "tests/reference/cracks"
@@ -69,28 +70,17 @@ def scene(cracks, cell, half=PLATE, levels=LEVELS, rings=8, sigma=SIGMA, loads=N
                         loads="\n".join(loads or tension(half, sigma)), indicator="tip" if levels else "none", levels=levels, rings=rings, cracks=lines)
 
 
-class Program:
+class Program(program_runs.Program):
     """Runs scenes in a folder."""
-
-    def __init__(self, arguments):
-        self.path, self.folder = arguments.program.resolve(), arguments.output.resolve()
 
     def __call__(self, text, *settings):
         """K_I, K_II and G times E' of each tip, in their order; `j` is J times E' of each, `errors` has the estimated errors of K_II and of that."""
-        (self.folder / "cracks.nml").write_text(text)
-        command = [self.path, "cracks.nml", "--force", "--quiet", "--threads", "1"]  # equilibrium gains little by more
-        command += [word for setting in settings for word in ("--set", setting)]
-        begin = os.times()
-        result = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"})
-        self.seconds = os.times().children_user - begin.children_user
-        if result.returncode:
-            sys.exit(f"{self.folder / 'cracks.nml'} has ended with {result.returncode}: {result.stderr}")
-        with h5py.File(self.folder / "cracks.h5") as file:
-            history = {name: column[-1] for name, column in file["history"].items()}
-        ends = [""] + [name[3:] for name in history if name.startswith("K_I_tip")]
-        self.j = np.array([history["J" + end] * MODULUS for end in ends])
-        self.errors = np.array([[history["K_II_error" + end], history["J_error" + end] * MODULUS] for end in ends])
-        return np.array([[history["K_I" + end], history["K_II" + end], history["G" + end] * MODULUS] for end in ends])
+        done = super().__call__(text, settings)
+        self.seconds, self.columns, last = done.seconds, done.columns, done.last
+        ends = [""] + [name[3:] for name in last if name.startswith("K_I_tip")]
+        self.j = np.array([last["J" + end] * MODULUS for end in ends])
+        self.errors = np.array([[last["K_II_error" + end], last["J_error" + end] * MODULUS] for end in ends])
+        return np.array([[last["K_I" + end], last["K_II" + end], last["G" + end] * MODULUS] for end in ends])
 
 
 def rows(name):
@@ -280,13 +270,13 @@ CUT_OUT = 10  # half of the side of the square that is cut out of an infinite pl
 def places(program, arguments):
     """Errors of G. Tension across the crack and shear along it are turned with it, so that G is the same at all angles, and both modes
     come in all mixtures in which the crack is open."""
-    random = np.random.default_rng(19)
+    dice = np.random.default_rng(19)
     a, cell = 4e-3, 0.5e-3
     half, found, failed = CUT_OUT * a, {0: [], 1: [], 2: []}, dict.fromkeys((0, 1, 2), 0)
     every = [("crack", "levels", "angle", "mixity", "x", "y", "K_I %", "K_II %", "G %", "K_I %, second tip", "K_II %", "G %")]
     asked = SIGMA * math.sqrt(math.pi * a)
     for crack in range(1, arguments.number + 1):
-        beta, mixity, middle = random.uniform(0, 360), random.uniform(-75, 75), random.uniform(-0.5, 0.5, 2) * cell
+        beta, mixity, middle = dice.uniform(0, 360), dice.uniform(-75, 75), dice.uniform(-0.5, 0.5, 2) * cell
         modes = direction(mixity)
         loads = cut_out(half, 2 * CUT_OUT, a, middle, beta, *(SIGMA * modes))
         for levels, errors in found.items():
@@ -363,12 +353,12 @@ def friction(program, arguments):
 
 def slip(program, arguments):
     """Errors of K_II over K_II without friction, and of J over J without friction. Plates are infinite, as in `places`."""
-    random = np.random.default_rng(1000)
+    dice = np.random.default_rng(1000)
     a, finest = 8e-3, (8, 16, 32, 64)
     root = SIGMA * math.sqrt(math.pi * a)
     found = {cells: [] for cells in finest}
     for _ in range(arguments.number):
-        beta, mu, middle = random.choice([-1, 1]) * random.uniform(30, 60), random.uniform(0, 0.6), random.uniform(-1e-3, 1e-3, 2)
+        beta, mu, middle = dice.choice([-1, 1]) * dice.uniform(30, 60), dice.uniform(0, 0.6), dice.uniform(-1e-3, 1e-3, 2)
         cosine, sine = direction(beta)
         mu = min(mu, 0.9 * abs(sine) / cosine)
         free, asked = root * abs(sine) * cosine, -math.copysign(root * cosine * (abs(sine) - mu * cosine), sine)
@@ -436,18 +426,40 @@ def wave(program, arguments):
     out = [("mass", "cell", "tip", "K_I %", "K_II %")]
     for mass, cell in (("lumped", 0.25e-3), ("lumped", 0.125e-3), ("weighted", 0.25e-3), ("weighted", 0.125e-3)):
         program(wave_scene(cell, mass))
-        with h5py.File(program.folder / "cracks.h5") as file:
-            found = wave_errors({name: column[:] for name, column in file["history"].items()})
+        found = wave_errors(program.columns)
         out += [(mass, f"{cell:g}", tip, *(f"{100 * error:.2f}" for error in found[tip])) for tip in found]
     write(out, "wave", arguments.output)
 
 
-PARTS = {"table": table, "quadratic": quadratic, "places": places, "friction": friction, "slip": slip, "wave": wave, "shift": shift}
+def pieces(program, arguments):
+    sys.path.insert(0, str(ROOT / "tests/cases"))
+    from test_cut_cells import edge_crack, lame_energy
+    ring = (ROOT / "tests/cases/pressed_ring_refined_a.nml").read_text().replace("-5e-3, -5e-3  upper = 5e-3, 5e-3", "-6.2e-3, -6.2e-3  upper = 6.2e-3, 6.2e-3")
+    plain, at_random = program_runs.Program(program.path, program.folder), random.Random(1)
+
+    def last(text):
+        """The last values of the history; None where the run has failed."""
+        done = plain(text, codes=range(256))
+        return None if done.code else done.last
+
+    def crack_is_bad(text):
+        coarse, fine = last(text), last(text.replace("cell = 1e-3  cells = 12, 12", "cell = 0.5e-3  cells = 24, 24"))
+        return coarse is None or fine is None or any(not 0.5 * fine[name] < coarse[name] < 1.5 * fine[name] for name in ("mouth_opening", "strain_energy"))
+
+    def ring_is_bad(tenths, levels):
+        row = last(ring.replace("4.6e-3", repr(tenths * 1e-4)).replace("max_level = 1", f"max_level = {levels}"))
+        return row is None or abs(row["strain_energy"] / lame_energy(tenths * 1e-4, 9e-3) - 1) > 0.02
+    out = [("runs", "of", "bad"), ("edge cracks", arguments.number, sum(crack_is_bad(edge_crack(at_random)) for _ in range(arguments.number)))]
+    out += [(f"rings, {levels} levels", 21, sum(ring_is_bad(tenths, levels) for tenths in range(40, 61))) for levels in (1, 2, 3)]
+    write(out, "pieces", arguments.output)
+
+
+PARTS = {"table": table, "quadratic": quadratic, "places": places, "friction": friction, "slip": slip, "wave": wave, "shift": shift, "pieces": pieces}
 
 
 def main():
-    arguments = command_line(__doc__, list(PARTS), "results/cracks", number=(200, "cracks of `places` and `slip`"), first=(1, "case with which `table` and `friction` begin"))
-    program = Program(arguments)
+    arguments = command_line(__doc__, list(PARTS), "results/cracks", number=(200, "cracks of `places`, `slip` and `pieces`"), first=(1, "case with which `table` and `friction` begin"))
+    program = Program(arguments.program, arguments.output)
     for part in arguments.part:
         PARTS[part](program, arguments)
 

@@ -10,14 +10,11 @@ As a program: runs them all and writes a table of true and estimated errors, wit
 """
 
 import re
-import subprocess
-import sys
-import tempfile
 from dataclasses import dataclass, field, replace
 from math import cos, pi, sqrt, tan
-from pathlib import Path
 
-from tables import ROOT, command_line, write
+from program_runs import Program
+from tables import command_line, write
 
 YOUNG, THICKNESS = 70e9, 0.01
 PULL = 1e3                 # traction on the ends of plates [Pa]
@@ -226,24 +223,18 @@ def with_quadratic_cells(specimen, points=3):
 
 
 def main():
-    sys.path.insert(0, str(ROOT / "postprocess"))
-    from history import History
     arguments = command_line(__doc__, list(specimens()), "results/error_specimens")
     found = specimens()
-    table("errors", {name: found[name] for name in arguments.part}, arguments, History)
+    table("errors", {name: found[name] for name in arguments.part}, arguments)
     kept = [name for name in arguments.part if "point," not in name and not re.search("points?$|notched", name)]
-    table("quadratic", {name: with_quadratic_cells(found[name]) for name in kept}, arguments, History)
+    table("quadratic", {name: with_quadratic_cells(found[name]) for name in kept}, arguments)
 
 
-def table(title, chosen, arguments, History):
+def table(title, chosen, arguments):
     columns = ["J", "VCCT", "K"]
     rows = [["specimen"] + [f"{c}, {what}" for c in columns for what in ("error [%]", "estimate [%]", "ratio")]]
     for name, specimen in chosen.items():
-        with tempfile.TemporaryDirectory() as folder:
-            (Path(folder) / "case.nml").write_text(specimen.scene)
-            subprocess.run([arguments.program, f"{folder}/case.nml", "--quiet", "--output", folder, "--set", "output.file=case.h5"]
-                           + [word for item in specimen.overrides for word in ("--set", item)], check=True)
-            values = History(Path(folder) / "case.h5").columns
+        values = Program(arguments.program, arguments.output)(specimen.scene, specimen.overrides).columns
         mode = "I" if specimen.g[0] >= specimen.g[1] else "II"
         row = [name]
         for column in ("J", f"G_vcct_{mode}", f"K_{mode}"):

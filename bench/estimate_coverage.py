@@ -10,38 +10,25 @@ import csv
 import json
 import os
 import re
-import resource
-import subprocess
-import sys
 import tempfile
 from math import sqrt
-from pathlib import Path
 from statistics import median
 
 from estimate_specimens import KINDS, make
-from tables import ROOT, command_line, write
-
-sys.path.insert(0, str(ROOT / "postprocess"))
-from history import History  # noqa: E402
+from program_runs import Program
+from tables import command_line, write
 
 PART_OF_LARGEST = 0.05     # of a mode, below which its sharpness is not asked: there is next to nothing of it
 FIELDS = ["kind", "number", "column", "value", "estimate", "truth", "doubt", "size"]
 
 
-def limit():
-    """No run takes more than a minute of processor time, however busy the machine is."""
-    resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
-
-
 def run(program, text):
-    """The last values of the columns of a scene, or the reason why there are none."""
+    """The last values of the columns of a scene, or the reason why there are none; no run takes more than a minute of processor time."""
     with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "case.nml").write_text(text)
-        done = subprocess.run([program, "case.nml", "--quiet", "--set", "output.file=case.h5"], cwd=folder, capture_output=True, text=True,
-                              preexec_fn=limit, env=os.environ | {"OMP_NUM_THREADS": "1"})
-        if done.returncode:
-            return f"exit {done.returncode}: " + " ".join(done.stderr.split())[:300]
-        return {name: float(values[-1]) for name, values in History(Path(folder) / "case.h5").columns.items()}
+        done = Program(program, folder)(text, words=("--time-limit", 60), codes=range(256))
+        if done.code:
+            return f"exit {done.code}: " + " ".join(done.message.split())[:300]
+        return {name: float(value) for name, value in done.last.items()}
 
 
 def reference(program, specimen, kept):

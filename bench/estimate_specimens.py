@@ -8,7 +8,7 @@ the shear that friction leaves (superposition).
 
 import random
 from dataclasses import dataclass, field
-from math import atan2, cos, degrees, hypot, pi, sin
+from math import atan2, cos, pi, sin
 
 YOUNG = 70e9
 STRESS = 1e5               # typical traction [Pa]

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import h5py
 import numpy as np
-from mass_matrices import KINDS, SCHEMES, Program, bar_is_held, bisect, body, group, held, mass_settings, scene
+from mass_matrices import KINDS, SCHEMES, bar_is_held, bisect, body, group, held, mass_settings, scene
 from mass_theory import Block
+from program_runs import Program
 from tables import ROOT
 
 FRAMES = ("total", "updated")

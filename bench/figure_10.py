@@ -13,9 +13,7 @@ the distances of the best variants from sets of four numbers that are drawn at r
 It writes ratios.csv (lumped over consistent by (14) as it stands) and best.csv, and ends with 1 where the paper is nearer than nine of ten draws.
 """
 
-import argparse
 import csv
-import subprocess
 import sys
 import tempfile
 from itertools import product
@@ -23,9 +21,10 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from program_runs import Program
 from scipy.spatial import cKDTree
+from tables import ROOT, command_line
 
-ROOT = Path(__file__).resolve().parent.parent
 TIP, DEPTH = 50e-3, 10e-3
 RINGS = 8                                    # of the finest cells around the tip: the fields are looked at within
 PAPER = np.array([24.0, 14.0, 5.0, 1.0])     # regular lumped and consistent, adaptive lumped and consistent [%]
@@ -47,18 +46,13 @@ class Fields:
     """Stress and displacement normal to the line, on the finest cells around the tip, of one static run."""
 
     def __init__(self, program, folder, cell, levels, points):
-        result, cells = folder / "run.h5", (round(100e-3 / cell), round(DEPTH / cell) + 1)
+        cells = round(100e-3 / cell), round(DEPTH / cell) + 1
         settings = {"grid.cell": cell, "grid.cells": f"{cells[0]},{cells[1]}", "body.points_per_cell": points, "method.time": "static", "method.frame": "total",
                     "method.courant": 0, "energy_release.estimators": "stress_closure", "energy_release.energy_balance": ".false.",
-                    "output.snapshot_interval": 1.5e-3, "output.file": result.name}
+                    "output.snapshot_interval": 1.5e-3}
         if levels:
             settings |= {"refine.indicator": "tip", "refine.max_level": levels, "refine.rings": RINGS}
-        words = [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
-        done = subprocess.run([program, ROOT / "input/fig10_unmodified.nml", "--output", folder, "--force", "--quiet", "--threads", "1", *words],
-                              capture_output=True, text=True, check=False)
-        if done.returncode:
-            sys.exit(f"figure_10.py: {done.stderr}")
-        with h5py.File(result) as file:
+        with h5py.File(Program(program, folder)(ROOT / "input/fig10_unmodified.nml", settings).path) as file:
             data, history = file["VTKHDF/particles"], file["history"]
             number = data["NumberOfPoints"][-1]
             moved = data["PointData/displacement"][-number:, :2]
@@ -177,11 +171,7 @@ def name_of(names, index):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--program", type=Path, default=ROOT / "build/release/hampm")
-    parser.add_argument("--output", type=Path, default=Path("results/figure_10"), metavar="DIR")
-    arguments = parser.parse_args()
-    arguments.output.mkdir(parents=True, exist_ok=True)
+    arguments = command_line(__doc__, ["search"], "results/figure_10")
     names, errors, ratios = search(arguments.program.resolve())
     with open(arguments.output / "ratios.csv", "w", newline="") as file:
         csv.writer(file).writerows([("cell_mm", "levels", "points", "lumped_over_consistent"), *((f"{c:.3g}", n, p, f"{r:.3f}") for c, n, p, r in ratios)])

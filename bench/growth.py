@@ -16,13 +16,9 @@ The solutions are in tests/reference/growth; each file says where it is from. Ru
 
 import csv
 import math
-import os
-import resource
-import subprocess
-import sys
 
-import h5py
 import numpy as np
+import program_runs
 from tables import ROOT, command_line, write
 
 REFERENCE = ROOT / "tests/reference/growth"
@@ -44,7 +40,7 @@ PLATE = """&run plane = 'strain'  end_time = {end!r} /
 &crack kind = 'path'  points = -10e-3, {y!r}, 0.0, {y!r} /
 &growth direction = 'straight'  {growth} /
 &energy_release estimators = 'domain_integral'  energy_balance = {audit}  radii = {radii} /
-&output file = 'growth.h5'  history_interval = {interval!r} /
+&output history_interval = {interval!r} /
 """
 
 WAVE = """&run plane = 'strain'  thickness = 1e-3  end_time = {end!r} /
@@ -58,7 +54,7 @@ WAVE = """&run plane = 'strain'  thickness = 1e-3  end_time = {end!r} /
 &method mass = 'weighted' /
 &crack kind = 'path'  points = {points} /
 &growth law = 'prescribed'  speed = {speed!r}  start = {start!r}  direction = 'straight'  tips = 'last' /
-&output file = 'growth.h5'  history_interval = 2e-8 /
+&output history_interval = 2e-8 /
 """
 
 
@@ -73,7 +69,7 @@ BENCHMARK = """&run plane = 'strain'  end_time = {end!r} /
 &crack kind = 'path'  points = -3.2, 0.0, 0.0, 0.0 /
 &growth law = 'prescribed'  speed = 1500.0  start = {start!r}  direction = 'straight' /
 &energy_release estimators = 'domain_integral'  radii = {radii} /
-&output file = 'growth.h5'  history_interval = 2e-6 /
+&output history_interval = 2e-6 /
 """
 BENCHMARK_ARRIVAL = 0.000336448033  # of the wave at the crack [s]; the plate is 10 m long there, of which waves meet the tip from 6.4 m only
 
@@ -88,7 +84,7 @@ LONG_STRIP = """&run plane = 'strain'  end_time = {end!r} /
 &crack kind = 'path'  points = -40e-3, 0.0, 0.0, 0.0 /
 &growth law = 'prescribed'  speed = {speed!r}  start = 70e-6  direction = 'straight' /
 &energy_release estimators = 'domain_integral'  radii = {radii} /
-&output file = 'growth.h5'  history_interval = 0.25e-6 /
+&output history_interval = 0.25e-6 /
 """
 
 
@@ -241,35 +237,19 @@ def kalthoff_errors(history):
     return np.max(np.abs(means - table[:, 1:]), axis=0) / np.max(np.abs(table[:, 2]))
 
 
-class Program:
+class Program(program_runs.Program):
     """Runs scenes in a folder."""
 
-    def __init__(self, arguments):
-        self.path, self.folder = arguments.program.resolve(), arguments.output.resolve()
-
     def __call__(self, text):
-        (self.folder / "growth.nml").write_text(text)
-        result = subprocess.run([self.path, "growth.nml", "--force", "--quiet", "--set", "output.file=growth.h5"], cwd=self.folder,
-                                capture_output=True, text=True, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"})
-        if result.returncode:
-            sys.exit(f"{self.folder / 'growth.nml'} has ended with {result.returncode}: {result.stderr}")
-        with h5py.File(self.folder / "growth.h5") as file:
-            return {name: column[:] for name, column in file["history"].items()}
+        done = super().__call__(text, threads=0)
+        self.seconds = done.seconds
+        return done.columns
 
     def in_parts(self, text, steps):
         """CPU times of the parts of a run that is stopped after so many steps each, and resumed, and of the rest [s]."""
-        (self.folder / "growth.nml").write_text(text)
-        command, times = ["growth.nml", "--force"], []
-        for number in [*steps, None]:
-            before = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
-            until = ["--steps", str(number)] if number else []
-            result = subprocess.run([self.path, *command, "--quiet", *until], cwd=self.folder, capture_output=True, text=True,
-                                    env=os.environ | {"OPENBLAS_NUM_THREADS": "1"})
-            if result.returncode != (5 if number else 0):
-                sys.exit(f"{self.folder / 'growth.nml'} has ended with {result.returncode}: {result.stderr}")
-            times.append(sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2]) - before)
-            command = ["--resume", "growth.h5.checkpoint"]
-        return times
+        first = super().__call__(text, words=("--steps", steps[0]), codes=(5,))
+        parts = [self.resume(("--steps", number) if number else (), (5 if number else 0,)) for number in [*steps[1:], None]]
+        return [part.seconds for part in (first, *parts)]
 
 
 def percent(x):
@@ -321,12 +301,10 @@ def dcb(program, arguments):
     for rate, dt in ((0.12, 2.5e-5), (0.06, 5e-5), (0.015, 2e-4), (0.015, 4e-4), (0.004, 1e-3)):
         text = example("dcb_growth_dynamic", velocity=f"0.0, {rate / 2}", end_time=60e-6 / rate + 0.25e-3).replace("-7.5e-3", f"-{rate / 2}")
         for method in ("", f"&method time = 'implicit'  time_step = {dt}  hht_alpha = -0.1 /\n"):
-            before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
             history = program((text.replace("history_interval = 1.0e-5", f"history_interval = {dt}") if method else text) + method)
-            seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
             load, scatter, mean, last, kinetic = dcb_errors(history, compliance, rate)
             out.append((f"{1e3 * rate:g}", history["step"][-1], percent(load), percent(scatter), f"{1e3 * mean:.2f}", f"{1e3 * last:.2f}", percent(kinetic),
-                        f"{seconds:.2f}"))
+                        f"{program.seconds:.2f}"))
     write(out, "dcb", arguments.output)
 
 
@@ -382,9 +360,8 @@ def cost(program, arguments):
         for direction, part in (("straight", 0.05), ("straight", 0.16), ("straight", 0.33), ("hoop_stress", 0.33)):
             times = []
             for start in (1e3, 1.5):             # long after the end it rests
-                before = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
                 history = program(plate(cell, given(part * RAYLEIGH, start), "lumped", levels, interval=2e-7).replace("straight", direction))
-                times.append((sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2]) - before) / history["step"][-1])
+                times.append(program.seconds / history["step"][-1])
             particles = history["particles"][-1] / history["particles"][0]
             out.append((f"{cell:g}", levels, direction, part, f"{times[1] / times[0]:.2f}", f"{particles:.3f}"))
     write(out, "cost", arguments.output)
@@ -396,7 +373,7 @@ PARTS = {"run": run, "benchmark": benchmark, "slanted": slanted, "toughness": to
 
 def main():
     arguments = command_line(__doc__, list(PARTS), "results/growth")
-    program = Program(arguments)
+    program = Program(arguments.program, arguments.output)
     for part in arguments.part:
         PARTS[part](program, arguments)
 

@@ -8,50 +8,33 @@ Run by `make -C bench implicit`, about ten minutes, most of it explicit steps wi
 .venv/bin/python bench/implicit.py chen
 """
 
-import statistics
 import sys
 
-from mass_matrices import Program
+import numpy as np
+from program_runs import Program
 from tables import ROOT, command_line, write
 
 sys.path.insert(0, str(ROOT / "postprocess"))
+
+from history import lowpass, moving_mean, read_curve  # noqa: E402
+
 BEAM = ROOT / "tests/regression/dcb_refined/case.nml"
 CHEN = ROOT / "tests/regression/chen/case.nml"
 CUT = 5e4        # what G(t) is compared below [Hz]
 WITHIN = 0.6e-3  # and up to which time [s]
 MESHES = {"5 mm, 6 levels": [], "2.5 mm, 5 levels": ["grid.cell=2.5e-3", "grid.cells=40,5", "refine.max_level=5"]}
 UNDAMPED = ["damping.rate=0", "method.frame=total", "method.courant=0", "run.end_time=0.7e-3",
-            "energy_release.estimators='vcct'", "energy_release.energy_balance=.false.", "output.file=implicit.h5", "output.history_interval=2e-6"]
+            "energy_release.estimators='vcct'", "energy_release.energy_balance=.false.", "output.history_interval=2e-6"]
 STEPS = (0.25e-6, 0.5e-6, 1e-6, 2e-6)  # [s]
 COURANT = (0.5, 1, 2, 4)
 SHEAR = 3922.2   # speed of shear waves in Chen's problem, to which courant refers [m/s]: samples are a step apart at least
 
 
-class Runs:
-    """Runs scenes one after the other; each time is the median of some."""
-
-    def __init__(self, arguments):
-        self.program = Program(arguments.program, arguments.output.resolve())
-        self.repeats = arguments.repeats
-
-    def __call__(self, case, settings, repeats=None):
-        """The columns of the history, what G is divided by, and the processor time [s]."""
-        import h5py
-        seconds = statistics.median(self.program(case, settings)[0] for _ in range(repeats or self.repeats))
-        with h5py.File(self.program.folder / "implicit.h5") as file:
-            history = file["history"]
-            return {name: column[()] for name, column in history.items()}, history.attrs.get("G_ref"), seconds
-
-
 def rms(values):
-    import numpy as np
     return np.sqrt(np.mean(values**2))
 
 
-def beam(runs):
-    import numpy as np
-    from history import lowpass, read_curve
-
+def beam(program, turns):
     def below(times, values):
         return lowpass(times, values, CUT)[times <= WITHIN]
 
@@ -60,13 +43,15 @@ def beam(runs):
     for mesh, cells in MESHES.items():
         for mass in ("lumped", "consistent"):
             settings = [*UNDAMPED, *cells, f"method.mass={mass}", "method.solver=direct"]
-            explicit, g_ref, common = runs(BEAM, settings, 1 if mass == "consistent" else None)
+            done = program(BEAM, settings, turns=1 if mass == "consistent" else turns)
+            explicit, g_ref, common = done.columns, done.attributes["G_ref"], done.seconds
             peak = np.max(explicit["G_vcct_I"])
             reference = below(explicit["time"], np.interp(explicit["time"], times, exact) * g_ref)
             for dt in (None, *STEPS):
                 columns, seconds = explicit, common
                 if dt:
-                    columns, _, seconds = runs(BEAM, [*settings, "method.time=implicit", f"method.time_step={dt}"])
+                    done = program(BEAM, [*settings, "method.time=implicit", f"method.time_step={dt}"], turns=turns)
+                    columns, seconds = done.columns, done.seconds
                 g = below(columns["time"], columns["G_vcct_I"])
                 from_explicit = rms(g - below(explicit["time"], explicit["G_vcct_I"])) / peak
                 rows.append((mesh, mass, "implicit" if dt else "explicit", f"{columns['dt'][-1]:.2g}",
@@ -75,20 +60,19 @@ def beam(runs):
     return rows
 
 
-def chen(runs):
-    from history import moving_mean, read_curve
+def chen(program, turns):
     times, exact = read_curve(CHEN.with_name("reference.csv"), 2)
     compared = times <= 13.95e-6
     rows = [("cells", "mass", "steps", "courant", "hht_alpha", "CPU [s]", "part of explicit", "rms error of K_I", "largest")]
     for cell, cells, masses in ((0.2e-3, "51,101", ("lumped", "consistent")), (0.1e-3, "101,201", ("lumped",))):
-        settings = [f"grid.cell={cell}", f"grid.cells={cells}", "method.frame=total", "energy_release.estimators='domain_integral'", "energy_release.energy_balance=.false.",
-                    "output.file=implicit.h5"]
+        settings = [f"grid.cell={cell}", f"grid.cells={cells}", "method.frame=total", "energy_release.estimators='domain_integral'", "energy_release.energy_balance=.false."]
         kinds = [("explicit", 0.8, 0.0, "lumped"),
                  *(("implicit", courant, alpha, mass) for mass in masses for courant in COURANT for alpha in (0.0, -0.1))]
         for steps, courant, alpha, mass in kinds:
-            columns, _, seconds = runs(CHEN, [*settings, f"method.time={steps}", f"method.courant={courant}",
+            done = program(CHEN, [*settings, f"method.time={steps}", f"method.courant={courant}",
                                               f"method.hht_alpha={alpha}", f"method.mass={mass}",
-                                              f"output.history_interval={max(2e-8, courant * cell / SHEAR)}"])
+                                              f"output.history_interval={max(2e-8, courant * cell / SHEAR)}"], turns=turns)
+            columns, seconds = done.columns, done.seconds
             common = seconds if steps == "explicit" else common
             error = (moving_mean(times, interpolated(columns, times), 0.2e-6) - exact)[compared] / exact.max()
             rows.append((f"{cell * 1e3:.1f} mm", mass, steps, courant, alpha, f"{seconds:.2f}", f"{seconds / common:.2f}",
@@ -98,17 +82,16 @@ def chen(runs):
 
 def interpolated(columns, times):
     """K_I at given times, linear between samples."""
-    import numpy as np
     return np.interp(times, columns["time"], columns["K_I"])
 
 
 def main():
     arguments = command_line(__doc__, ["beam", "chen"], "results/implicit",
                              repeats=(3, "measurements of a time, of which the median; the longest runs are measured once"))
-    runs = Runs(arguments)
+    program = Program(arguments.program, arguments.output)
     for name, measure in (("beam", beam), ("chen", chen)):
         if name in arguments.part:
-            write(measure(runs), name, arguments.output)
+            write(measure(program, arguments.repeats), name, arguments.output)
 
 
 if __name__ == "__main__":

@@ -3,58 +3,28 @@
     cost         processor time of a step relative to the lumped matrix, and memory
     dissipation  energy lost by the method in 100 periods of the free vibration of a bar
     limit        largest stable time step, by bisection, beside theory
+    fractions    which lumped fraction gives waves that load a crack best: K_I of Chen's plate (50 by 100 cells, total frame) against independent finite
+                 elements, over the peak, until the wave that closes the crack
 
 Run by `make -C bench masses`, or for one part: .venv/bin/python bench/mass_matrices.py limit --output results/masses
 """
 
 import math
-import os
 import resource
 import statistics
 import sys
-from pathlib import Path
 
+import numpy as np
+from mass_theory import Block
+from program_runs import Program, Unstable
 from tables import ROOT, command_line, write
+
+sys.path.insert(0, str(ROOT / "postprocess"))
+
+from history import moving_mean, read_curve  # noqa: E402
 
 SCHEMES = ("usf", "usl", "usavg", "musl")
 KINDS = ("lumped", "fmpm 2", "fmpm 4", "weighted 0.5", "partial", "consistent")  # partial: consistent in the left half
-
-
-class Unstable(Exception):
-    """The program has ended with exit code 3, or has refused a time step that is unstable with every scheme."""
-
-
-class Program:
-    """Runs the program in a folder."""
-
-    def __init__(self, path, folder):
-        self.path, self.folder = str(path), folder
-
-    def __call__(self, namelist, settings=(), forced=None):
-        """Run, with the courant number `forced` whatever the limit; return user time [s] and peak memory [KiB]."""
-        begin = [self.path] if forced is None else [str(Path(self.path).with_name("forced_step")), repr(float(forced))]
-        command = [*begin, str(namelist), "--output", str(self.folder), "--quiet", "--force", "--threads", "1"]
-        command += [word for setting in settings for word in ("--set", setting)]
-        null = (os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)
-        log = (os.POSIX_SPAWN_OPEN, 2, str(self.folder / "log"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
-        environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-        process = os.posix_spawn(command[0], command, environment, file_actions=[null, log])
-        _, status, usage = os.wait4(process, 0)
-        code = os.waitstatus_to_exitcode(status)
-        message = (self.folder / "log").read_text(errors="replace")
-        if code == 3 or "is unstable in plane" in message:
-            raise Unstable
-        if code != 0:
-            sys.exit(f"{' '.join(command)}\nhas ended with {code}: {message}")
-        return usage.ru_utime, usage.ru_maxrss
-
-    def history(self, text, name, forced=None):
-        """Run a namelist given as text; return the columns of its history."""
-        import h5py
-        (self.folder / f"{name}.nml").write_text(text)
-        self(self.folder / f"{name}.nml", forced=forced)
-        with h5py.File(self.folder / f"{name}.h5") as file:
-            return {key: item[()] for key, item in file["history"].items()}
 
 
 def mass_settings(kind, box):
@@ -93,14 +63,13 @@ def dcb_settings(kind, solver, frame, cell, steps):
     if solver:
         method["solver"] = f"'{solver}'"
     return [f"grid.cell={cell}", f"grid.cells={columns},{columns // 10 + 1}", "energy_release.estimators='vcct'", "energy_release.energy_balance=.false.",
-            "output.snapshot_interval=0", f"output.history_interval={end}", f"run.end_time={end}",
-            "output.file='cost.h5'"] + [f"method.{key}={value}" for key, value in method.items()]
+            "output.snapshot_interval=0", f"output.history_interval={end}", f"run.end_time={end}"] + [f"method.{key}={value}" for key, value in method.items()]
 
 
 def step_time(program, kind, solver, frame, few=60, many=260):
     """User time of a step [s], without set-up and the first steps."""
     scene, cell = ROOT / "input/dcb.nml", 0.625e-3
-    times = [program(scene, dcb_settings(kind, solver, frame, cell, steps))[0] for steps in (few, many)]
+    times = [program(scene, dcb_settings(kind, solver, frame, cell, steps)).seconds for steps in (few, many)]
     return (times[1] - times[0]) / (many - few)
 
 
@@ -124,11 +93,11 @@ def memory(program):
     for cell in (1.25e-3, 0.625e-3, 0.3125e-3, 0.15625e-3):
         scene, columns = ROOT / "input/dcb.nml", round(0.1 / cell)
         nodes = (columns + 1) * (columns // 10 + 2)
-        peak = {kind: program(scene, dcb_settings(kind, None, "updated", cell, 10))[1] for kind in ("lumped", "consistent")}
-        if min(peak.values()) <= resource.getrusage(resource.RUSAGE_SELF).ru_maxrss:
+        peak = {kind: program(scene, dcb_settings(kind, None, "updated", cell, 10)).memory for kind in ("lumped", "consistent")}
+        if min(peak.values()) <= resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:
             print("memory: hidden by that of this script; run the part cost by itself")
-        growth = "" if last is None else f"{(peak['consistent'] - last[1]) / (nodes - last[0]):.2f}"
-        rows.append((f"{cell * 1e3:g}", nodes, f"{peak['lumped'] / 1024:.1f}", f"{peak['consistent'] / 1024:.1f}", growth))
+        growth = "" if last is None else f"{1024 * (peak['consistent'] - last[1]) / (nodes - last[0]):.2f}"
+        rows.append((f"{cell * 1e3:g}", nodes, f"{peak['lumped']:.1f}", f"{peak['consistent']:.1f}", growth))
         last = nodes, peak["consistent"]
     return rows
 
@@ -188,7 +157,7 @@ def bar_loss(program, kind, scheme, courant, amplitude, frame, periods):
     text += group("load", kind="'body'", lower="0, 0", upper=f"{BAR}, 1", force=f"{force}, 0", history="'table'",
                   times=", ".join(map(str, times)), factors=", ".join(map(str, factors)))
     try:
-        columns = program.history(text, "bar")
+        columns = program(text).columns
     except Unstable:
         return None
     time, loss = columns["time"], columns["numerical_loss"]  # means over ten periods: a scheme borrows within a period
@@ -222,7 +191,7 @@ def is_stable(program, block, kind, scheme, courant, frame="total", steps=2000):
     text = scene((nx + 1, ny + 1), poisson, steps * courant, steps * courant / 10, method)
     text += body((0, 0), (nx, ny), (1e-6, across)) + (bar_is_held(nx) if ny == 1 else held((0, 0), (0, ny), "xy"))
     try:
-        program.history(text, "limit", courant * (1 + 1e-9))
+        program(text, forced=courant * (1 + 1e-9))
     except Unstable:
         return False
     return True
@@ -250,7 +219,7 @@ def drift(program, kind, scheme, courant):
     text = scene((40, 20), 0.3, 500.0, 10.0, method, "neo_hookean")
     text += body((2, 2), (5, 6), (0.022, 0.0083)) + body((5, 2), (8, 6), (0.018, 0.0083))
     try:
-        columns = program.history(text, "drift")
+        columns = program(text).columns
     except Unstable:
         return "fails"
     energy = columns["kinetic_energy"] + columns["strain_energy"]
@@ -259,8 +228,6 @@ def drift(program, kind, scheme, courant):
 
 
 def limit(program):
-    import numpy as np
-    from mass_theory import Block
     rows = [("body", "mass", "scheme", "elements", "theory", "measured", "measured/theory", "over the default",
              "any position", "over the default", "drift, courant 0.1", "drift, courant 0.05")]
     for name, block in (("bar", (20, 1, 0.0)), ("block", (5, 5, 0.3))):
@@ -289,11 +256,34 @@ def limit(program):
     return rows
 
 
+# --- fractions ------------------------------------------------------------------------------------------------------
+
+CHEN = ROOT / "tests/regression/chen"
+COMPARED, WINDOW = 13.95e-6, 0.2e-6  # K_I is compared until then, and its means over that [s]
+
+
+def fractions(program, cells=50):
+    """The table of docs/explanation/mass.md; tests/unit/test_surface_wave.f90 measures that of a surface wave."""
+    rows = [("mass", "lumped fraction", "rms [%]", "rms of the mean over 0.2 us [%]", "time [s]")]
+    times, single, mean = (read_curve(CHEN / "reference.csv", column) for column in (1, 1, 2))
+    times, single, mean = times[0], single[1], mean[1]
+    for mass, part in (("lumped", 1.0), *(("weighted", b) for b in (0.5, 0.4, 5 / 18, 0.25, 0.1)), ("consistent", 0.0)):
+        done = program(CHEN / "case.nml", [f"grid.cell={10e-3 / cells}", f"grid.cells={cells + 1},{2 * cells + 1}", "method.frame=total", f"method.mass={mass}",
+                                           f"method.courant={0 if mass == 'consistent' else 0.3}", f"method.lumped_fraction={part}", "method.solver=cg",
+                                           "energy_release.estimators=domain_integral", "energy_release.energy_balance=.false."])
+        t, k = done.columns["time"], done.columns["K_I"]
+        errors = [np.sqrt(np.mean((found - np.interp(t, times, exact))[t <= COMPARED]**2)) / mean.max()
+                  for found, exact in ((k, single), (moving_mean(t, k, WINDOW), mean))]
+        rows.append((mass, f"{part:.3f}", *(f"{100 * error:.2f}" for error in errors), f"{done.seconds:.1f}"))
+        print(*rows[-1], flush=True)
+    return rows
+
+
 def main():
-    arguments = command_line(__doc__, ["cost", "dissipation", "limit"], "results/masses",
+    arguments = command_line(__doc__, ["cost", "dissipation", "limit", "fractions"], "results/masses",
                              repeats=(3, "measurements of a cost, of which the median"),
                              periods=(100, "of the dissipation"))
-    program = Program(arguments.program, arguments.output.resolve())
+    program = Program(arguments.program, arguments.output)
     if "cost" in arguments.part:  # first: a large script would hide the memory of the program
         write(memory(program), "memory", arguments.output)
         write(cost(program, arguments.repeats), "cost", arguments.output)
@@ -301,6 +291,8 @@ def main():
         write(dissipation(program, arguments.periods), "dissipation", arguments.output)
     if "limit" in arguments.part:
         write(limit(program), "limit", arguments.output)
+    if "fractions" in arguments.part:
+        write(fractions(program), "fractions", arguments.output)
 
 
 if __name__ == "__main__":

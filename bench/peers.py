@@ -8,7 +8,6 @@ counts. numba is not among the packages that hampm needs: `make -C bench peers` 
 
 import subprocess
 import sys
-import tempfile
 import time
 from statistics import median
 

@@ -12,35 +12,33 @@
 Run by `make -C bench quadratic`; a part alone: .venv/bin/python bench/quadratic.py beam
 """
 
-import statistics
 import sys
 
-from mass_matrices import Program
+import numpy as np
+from cracks import cases, scene, wave_errors, wave_scene
+from mass_theory import Block, functions, weights
+from program_runs import Program
 from tables import ROOT, command_line, write
 
 sys.path.insert(0, str(ROOT / "postprocess"))
+
+from history import lowpass, read_curve  # noqa: E402
+
 BEAM = ROOT / "input/dcb.nml"
 PLATE = ROOT / "tests/regression/centre_crack/case.nml"
 CONVERGED = 1.28737  # G/G_ref at rest, tests/reference/dcb_static.csv
 ORDERS = {"quadratic": ["grid.order=2", "body.points_per_cell=3"], "bilinear": ["body.points_per_cell=2"]}
 STATIC = ["method.time=static", "method.frame=total", "damping.rate=0", "output.snapshot_interval=0", "output.history_interval=0",
-          "energy_release.estimators=vcct,domain_integral", "energy_release.energy_balance=.false.", "output.file=quadratic.h5"]
+          "energy_release.estimators=vcct,domain_integral", "energy_release.energy_balance=.false."]
 TURNS = 5
 
 
-class Runs:
-    """Runs scenes; the last values of their history."""
-
-    def __init__(self, arguments):
-        self.program = Program(arguments.program, arguments.output.resolve())
+class Runs(Program):
+    """Runs models: columns of the history, what G is divided by, and the median processor time [s]."""
 
     def __call__(self, case, settings, turns=1):
-        """Columns of the history, what G is divided by, and the median processor time [s]."""
-        import h5py
-        seconds = statistics.median(self.program(case, settings)[0] for _ in range(turns))
-        with h5py.File(self.program.folder / "quadratic.h5") as file:
-            history = file["history"]
-            return {name: column[()] for name, column in history.items()}, history.attrs.get("G_ref"), seconds
+        done = super().__call__(case, settings, turns=turns)
+        return done.columns, done.attributes.get("G_ref"), done.seconds
 
 
 def around_tip(levels, rings):
@@ -63,7 +61,7 @@ def beam(runs):
             h, unit, seconds = runs(BEAM, [*STATIC, *radii, *ORDERS[order], *beam_cells(n), *around_tip(levels, rings)], TURNS)
             errors = [f"{100 * (h[name][-1] / unit / CONVERGED - 1):+.3f}" if name in h else "" for name in ("G_vcct_I", "J")]
             rows.append((order, n, levels, rings, int(h["particles"][-1]), f"{seconds:.3f}", *errors))
-    write(rows, "beam", runs.program.folder)
+    write(rows, "beam", runs.folder)
 
 
 def levels(runs):
@@ -78,7 +76,7 @@ def levels(runs):
             rows.append((n, level, int(h["particles"][-1]), f"{h['G_vcct_I'][-1] / unit:.7f}", f"{j:.7f}",
                          f"{j - last:.1e}" if last else ""))
             last = j
-    write(rows, "levels", runs.program.folder)
+    write(rows, "levels", runs.folder)
 
 
 def reference(runs):
@@ -92,7 +90,7 @@ def reference(runs):
             rows.append((points, n, int(h["particles"][-1]), f"{h['G_vcct_I'][-1] / unit:.7f}", f"{j:.7f}",
                          f"{j + (j - last) / 15:.7f}" if last else ""))
             last = j
-    write(rows, "reference", runs.program.folder)
+    write(rows, "reference", runs.folder)
 
 
 def tension(runs):
@@ -111,14 +109,12 @@ def tension(runs):
             h, _, seconds = runs(PLATE, settings(order, cell, level, rings), TURNS)
             rows.append((order, cell, level, rings, int(h["particles"][-1]), f"{seconds:.3f}",
                          *[f"{100 * (h[name][-1] / finest - 1):+.3f}" for name in ("G_vcct_I", "J")]))
-    write(rows, "tension", runs.program.folder)
+    write(rows, "tension", runs.folder)
 
 
 def frequency(q, lumped_fraction, points, maps=True):
     """omega h/c of the slowest wave that grows by exp(i q) from cell to cell: of material points, which map to the nodes and back, or of
     elements."""
-    import numpy as np
-    from mass_theory import functions, weights
     mass, stiffness = np.zeros((3, 3)), np.zeros((3, 3))
     for weight, a in zip(weights(2, points), (np.arange(points) + 0.5) / points, strict=True):
         shape, slope = functions(2, a)
@@ -131,8 +127,6 @@ def frequency(q, lumped_fraction, points, maps=True):
 
 
 def dispersion(runs):
-    import numpy as np
-    from mass_theory import Block
     rows = [("points", "mass", "4 cells a wave", "8", "16", "order", "error/q^4", "elements: error/q^4", "limit of musl", "of usl")]
     for points in (3, 4):
         block = Block(5, 4, 0.3, held_left=False, order=2, points=points)
@@ -144,15 +138,12 @@ def dispersion(runs):
             limits = [block.limit(scheme, block.inverse(kind, lumped_fraction=lumped_fraction)) for scheme in ("musl", "usl")]
             rows.append((points, name, *[f"{e:.1e}" for e in error], f"{np.log2(abs(error[1] / error[2])):.1f}",
                          *[f"{e / waves[-1] ** 4:.1e}" for e in (error[-1], elements)], *[f"{limit:.3f}" for limit in limits]))
-    write(rows, "dispersion", runs.program.folder)
+    write(rows, "dispersion", runs.folder)
 
 
 def paths(runs):
-    import numpy as np
-    from cracks import cases, scene
     names = "a2 slanted beta=15", "a2 slanted beta=30", "a2 slanted beta=45", "a3 edge beta=30", "a6", "a7"
     rows = [("cells", "cell [mm]", "levels", "particles", "CPU [s]", "K [%], rms", "G [%], rms", "G [%], largest")]
-    file = runs.program.folder / "path.nml"
     for order, meshes in {"quadratic": [(4, 1), (4, 2), (4, 3), (4, 4), (4, 5), (2, 1), (2, 2), (2, 3), (2, 4)],
                           "bilinear": [(2, 2), (2, 3), (2, 4), (1, 1), (1, 2), (1, 3), (1, 4), (0.5, 1), (0.5, 2), (0.5, 3)]}.items():
         for cell, levels in meshes:
@@ -160,8 +151,7 @@ def paths(runs):
             for name, cracks, half, _, asked in cases():
                 if not name.startswith(names):
                     continue
-                file.write_text(scene(cracks, cell * 1e-3, half, levels))
-                h, _, seconds = runs(file, [*ORDERS[order], "output.file=quadratic.h5", "method.frame=total"])
+                h, _, seconds = runs(scene(cracks, cell * 1e-3, half, levels), [*ORDERS[order], "method.frame=total"])
                 ends = [""] + [column[3:] for column in h if column.startswith("K_I_tip")]
                 k = np.array([[h["K_I" + end][-1], h["K_II" + end][-1]] for end in ends])
                 asked = np.array(asked)
@@ -172,15 +162,13 @@ def paths(runs):
             rows.append((order, cell, levels, int(np.mean(particles)), f"{np.mean(cost):.2f}", f"{100 * np.sqrt(np.mean(np.square(of_k))):.3f}",
                          f"{100 * np.sqrt(np.mean(np.square(of_g))):.3f}", f"{100 * np.max(np.abs(of_g)):.2f}"))
             print("  ".join(map(str, rows[-1])), flush=True)
-    write(rows, "paths", runs.program.folder)
+    write(rows, "paths", runs.folder)
 
 
 def motion(runs):
-    import numpy as np
-    from history import lowpass, read_curve
     cut, within = 5e4, 0.6e-3
     times, exact = read_curve(ROOT / "tests/reference/dcb_dynamic_undamped.csv", 1)
-    undamped = ["damping.rate=0", "method.frame=total", "method.courant=0", "run.end_time=0.7e-3", "output.file=quadratic.h5",
+    undamped = ["damping.rate=0", "method.frame=total", "method.courant=0", "run.end_time=0.7e-3",
                 "energy_release.estimators=vcct", "energy_release.energy_balance=.false.", "output.history_interval=2e-6", "output.snapshot_interval=0",
                 "method.time=implicit"]
     rows = [("cells", "mass", "n", "levels", "rings", "dt [us]", "particles", "CPU [s]", "rms from converged finite elements [%]")]
@@ -196,24 +184,21 @@ def motion(runs):
                 error = (lowpass(t, g, cut) - lowpass(t, converged, cut))[t <= within]
                 rows.append((order, mass, n, level, rings, 1e6 * dt, int(h["particles"][-1]), f"{seconds:.2f}",
                              f"{100 * np.sqrt(np.mean(error**2)) / np.max(np.abs(converged)):.2f}"))
-    write(rows, "motion", runs.program.folder)
+    write(rows, "motion", runs.folder)
 
 
 def wave(runs):
     """Cells that are cut, in motion."""
-    from cracks import wave_errors, wave_scene
     rows = [("cells", "cell [mm]", "levels", "steps", "particles", "CPU [s]", *(f"{tip} tip: K_{mode} [%]" for tip in ("upper", "lower") for mode in ("I", "II")))]
-    file = runs.program.folder / "wave.nml"
     explicit, implicit = ["method.mass=consistent"], ["method.mass=consistent", "method.time=implicit", "method.time_step=1e-8"]
     for order, cell, levels, settings in (("quadratic", 1, 0, explicit), ("quadratic", 1, 2, implicit), ("quadratic", 0.5, 0, explicit),
                                           ("quadratic", 0.5, 0, implicit), ("bilinear", 0.25, 0, [])):
-        file.write_text(wave_scene(cell * 1e-3, "lumped"))
-        h, _, seconds = runs(file, [*ORDERS[order], "output.file=quadratic.h5", "method.frame=total", *around_tip(levels, 3), *settings])
+        h, _, seconds = runs(wave_scene(cell * 1e-3, "lumped"), [*ORDERS[order], "method.frame=total", *around_tip(levels, 3), *settings])
         found = wave_errors(h)
         rows.append((order, cell, levels, "implicit" if settings == implicit else "usavg", int(h["particles"][-1]), f"{seconds:.1f}",
                      *(f"{100 * error:.2f}" for tip in ("upper", "lower") for error in found[tip])))
         print("  ".join(map(str, rows[-1])), flush=True)
-    write(rows, "wave", runs.program.folder)
+    write(rows, "wave", runs.folder)
 
 
 PARTS = {"beam": beam, "levels": levels, "reference": reference, "tension": tension, "dispersion": dispersion, "paths": paths, "motion": motion,
@@ -221,6 +206,6 @@ PARTS = {"beam": beam, "levels": levels, "reference": reference, "tension": tens
 
 if __name__ == "__main__":
     ARGUMENTS = command_line(__doc__, list(PARTS), "results/quadratic")
-    RUNS = Runs(ARGUMENTS)
+    RUNS = Runs(ARGUMENTS.program, ARGUMENTS.output)
     for part in ARGUMENTS.part:
         PARTS[part](RUNS)

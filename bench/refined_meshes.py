@@ -9,7 +9,9 @@ All on the double cantilever beam. Run by `make -C bench adaptivity`, or for one
 
 import statistics
 
-from mass_matrices import KINDS, SCHEMES, Program, Unstable, body, group, mass_settings, scene
+import numpy as np
+from mass_matrices import KINDS, SCHEMES, body, group, mass_settings, scene
+from program_runs import Program, Unstable
 from tables import ROOT, command_line, write
 
 CASE = ROOT / "tests/regression/dcb_refined/case.nml"
@@ -40,21 +42,14 @@ class Beam:
         self.program = program
 
     def __call__(self, settings, forced=None):
-        """Run, with the courant number `forced` whatever the limit; return user time [s]."""
-        return self.program(CASE, ["output.file=adaptive.h5", *settings], forced)[0]
-
-    def history(self, settings):
-        """Run; return the columns of the history and its attributes."""
-        import h5py
-        self(settings)
-        with h5py.File(self.program.folder / "adaptive.h5") as file:
-            return {name: item[()] for name, item in file["history"].items()} | dict(file["history"].attrs)
+        """Run, with the courant number `forced` whatever the limit."""
+        return self.program(CASE, settings, forced=forced)
 
     def steps(self, settings, finest, courant, steps):
         """Run a number of steps without damping, `finest` being the smallest cell in mm; return user time [s]."""
         end = steps * courant * finest * 1e-3 / SHEAR_SPEED
         return self([*settings, "damping.rate=0", "method.courant=0", f"run.end_time={end}",
-                     f"output.history_interval={end / 20}"], courant)
+                     f"output.history_interval={end / 20}"], courant).seconds
 
 
 # --- cost -----------------------------------------------------------------------------------------------------------
@@ -85,7 +80,6 @@ def share(beam, repeats):
     """What looking and adapting takes of a run, from runs that differ in the interval of the looks: the time per particle and step,
     as a straight line over 1/interval, has the value without looks at 0.
     """
-    import numpy as np
     settings = [*mesh(5, 4), "refine.indicator=gradient", "refine.r_crit=0.1", "refine.r_coarsen=0.02", "refine.energy_floor=0.03",
                 "refine.region_lower=0.03,0", "refine.region_upper=0.07,0.01", "load.history=ramp", "load.rise_time=0.4e-3",
                 "method.courant=0.5", "run.end_time=1e-3"]
@@ -93,10 +87,8 @@ def share(beam, repeats):
              "target", "met", "G/G_ref")]
     found = {}
     for interval in (10, 20, 50, 100):
-        times = []
-        for _ in range(repeats):
-            times.append(beam([*settings, f"refine.interval={interval}"]))
-        columns = beam.history([*settings, f"refine.interval={interval}"])
+        runs = [beam([*settings, f"refine.interval={interval}"]) for _ in range(repeats)]
+        times, columns = [run.seconds for run in runs], runs[-1].columns | runs[-1].attributes
         work = sum(columns["particles"][1:] * (columns["step"][1:] - columns["step"][:-1]))
         found[interval] = columns, statistics.median(times), statistics.median(times) / work * 1e9
     least = np.polyfit([1 / interval for interval in found], [each for _, _, each in found.values()], 1)[1]
@@ -159,7 +151,7 @@ def drift(program, kind, scheme, courant):
     text += group("refine", indicator="'gradient'", r_crit=1e-9, r_coarsen=1e-10, energy_floor=0.0, max_level=2,
                   region_lower="7, 0", region_upper="14, 20")
     try:
-        columns = program.history(text, "drift")
+        columns = program(text).columns
     except Unstable:
         return "fails"
     energy = columns["kinetic_energy"] + columns["strain_energy"]
@@ -187,7 +179,8 @@ def masses(beam):
             for frame in ("updated", "total"):
                 for scheme in ("musl", "usf", "usavg"):
                     settings = [*mesh(5, 3), *method(kind, solver=solver, frame=frame, scheme=scheme, courant=courant)]
-                    time, c = beam(settings), beam.history(settings)
+                    done = beam(settings)
+                    time, c = done.seconds, done.columns | done.attributes
                     ratio = c["G_vcct_I"] / c["G_ref"]
                     stored = c["kinetic_energy"] + c["strain_energy"]
                     error = abs(stored + c["damping_loss"] + c["numerical_loss"] - c["external_work"] - stored[0])
@@ -201,7 +194,7 @@ def masses(beam):
 def main():
     arguments = command_line(__doc__, ["cost", "limit", "masses"], "results/adaptivity",
                              repeats=(5, "measurements of a time, of which the median"))
-    program = Program(arguments.program, arguments.output.resolve())
+    program = Program(arguments.program, arguments.output)
     beam = Beam(program)
     if "cost" in arguments.part:
         write(cost(beam, arguments.repeats), "cost", arguments.output)

@@ -9,17 +9,13 @@ Run by `make -C bench static`; a part alone: .venv/bin/python bench/static.py pr
 """
 
 import argparse
-import os
 import statistics
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
+from program_runs import Program
 from tables import ROOT
-
-sys.path.insert(0, str(ROOT / "postprocess"))
-from history import History  # noqa: E402
 
 CONVERGED = 1.28737  # G/G_ref at rest, tests/reference/dcb_static.csv
 PROGRAM = ROOT / "build/release/hampm"
@@ -36,18 +32,10 @@ def cells(n):
     return {"grid.cell": 0.01 / n, "grid.cells": f"{10 * n},{n + 1}"}
 
 
-def run(settings, folder, threads=1):
+def run(settings, folder):
     """Run the beam; processor time [s], largest memory [MiB], columns of the history."""
-    words = [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
-    command = [str(PROGRAM), str(SCENE), "--quiet", "--force", "--threads", str(threads), "--output", str(folder), *words]
-    null = os.open(os.devnull, os.O_WRONLY)
-    process = os.posix_spawn(command[0], command, os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-                             file_actions=[(os.POSIX_SPAWN_DUP2, null, 1), (os.POSIX_SPAWN_DUP2, null, 2)])
-    os.close(null)
-    _, status, usage = os.wait4(process, 0)
-    if status:
-        sys.exit(f"{' '.join(command)}\nhas ended with {os.waitstatus_to_exitcode(status)}")
-    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, History(folder / "dcb.h5").columns
+    done = Program(PROGRAM, folder)(SCENE, settings)
+    return done.seconds, done.memory, done.columns
 
 
 def error(columns, name="J"):

@@ -20,7 +20,6 @@ Run by `make tradeoff`, which writes docs/evidence/tradeoff.md and its CSV files
 
 import csv
 import math
-import os
 import statistics
 import sys
 import tempfile
@@ -28,6 +27,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+import program_runs
 from tables import ROOT, command_line, rewrite
 from tradeoff_matrix import AT_REST, BASE, FAMILIES, IMPLICIT, QUADRATIC, REFINED, Family
 
@@ -91,30 +91,15 @@ class Run(NamedTuple):
     message: str
 
 
-class Program:
+class Program(program_runs.Program):
     """Runs members of families in a folder."""
-
-    def __init__(self, path, folder):
-        self.path, self.folder = str(path), folder
 
     def __call__(self, study, family, k):
         """Run the k-th member of a family once."""
-        result = self.folder / "result.h5"
-        settings = settings_of(study, family, k) | {"output.file": result.name}
-        command = [self.path, str(STUDIES[study].scene), "--output", str(self.folder), "--quiet", "--force", "--threads", "1"]
-        command += [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
-        log = self.folder / "log"
-        actions = [(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0),
-                   (os.POSIX_SPAWN_OPEN, 2, str(log), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)]
-        environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-        process = os.posix_spawn(self.path, command, environment, file_actions=actions)
-        _, status, usage = os.wait4(process, 0)
-        seconds, code = usage.ru_utime + usage.ru_stime, os.waitstatus_to_exitcode(status)
-        if code in (2, 3):  # refused, or stopped with a cause: a result of the study
-            return Run(seconds, math.nan, None, log.read_text(errors="replace").strip().splitlines()[0])
-        if code:
-            sys.exit(f"{' '.join(command)}\nhas ended with {code}: {log.read_text(errors='replace')}")
-        return Run(seconds, *read(result, study), "")
+        done = super().__call__(STUDIES[study].scene, settings_of(study, family, k), codes=(0, 2, 3))
+        if done.code:  # refused, or stopped with a cause: a result of the study
+            return Run(done.seconds, math.nan, None, done.message.strip().splitlines()[0])
+        return Run(done.seconds, *read(done.path, study), "")
 
 
 def settings_of(study, family, k):

@@ -103,7 +103,7 @@ draw_fig10() {
         run input/fig10_$method.nml $method
     done
     set -- $out/unmodified.h5 $out/unlumped.h5 $out/adaptive.h5 $out/adaptive_unlumped.h5
-    "$python" bench/figure_10_picture.py docs/evidence/figure_10_paper.csv "$@" --output $out/fig10.png
+    "$python" tools/figure_10_picture.py docs/evidence/figure_10_paper.csv "$@" --output $out/fig10.png
     "$python" postprocess/tabulate.py "$@" --converged 1.28737
 }
 
@@ -124,7 +124,7 @@ draw_dcb_static() {
 
 # Estimated errors against true ones, from the tables beside the picture, which `make -C bench estimates` measures
 draw_estimates() {
-    "$python" bench/estimate_picture.py docs/evidence/estimates_before.csv docs/evidence/estimates_after.csv --output $out/estimates.png
+    "$python" tools/estimate_picture.py docs/evidence/estimates_before.csv docs/evidence/estimates_after.csv --output $out/estimates.png
 }
 
 # Its vibration, undamped and damped, against finite elements
@@ -242,7 +242,7 @@ draw_impact() {
     run input/charpy.nml charpy_through growth.toughness=1.0e3 # of a brittle specimen, which parts
     "$python" postprocess/plot_field.py $out/charpy_through.h5 --scale 8 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/charpy_through.png
     run input/one_point_bend.nml one_point_bend
-    "$python" bench/one_point_bend.py $out/one_point_bend.h5 $out/one_point_bend.png
+    "$python" tools/references/one_point_bend.py $out/one_point_bend.h5 $out/one_point_bend.png
     run input/wedge_dcb.nml wedge_dcb
     "$python" postprocess/plot_field.py $out/wedge_dcb.h5 --field stress_xx --size 1.3 --no-mesh --width 5 --dpi 85 --output $out/wedge_dcb.png
 }
@@ -291,10 +291,10 @@ draw_gallery() {
 }
 
 # A crack between two materials: stress, and K over the ratio of the moduli
-draw_interface() { "$python" bench/tip_parameter_pictures.py interface "$program" $out; }
+draw_interface() { "$python" tools/tip_parameter_pictures.py interface "$program" $out; }
 
 # A crack in a graded plate: stress, and K over the gradient
-draw_graded() { "$python" bench/tip_parameter_pictures.py graded "$program" $out; }
+draw_graded() { "$python" tools/tip_parameter_pictures.py graded "$program" $out; }
 
 # Models of lessons and specimens before a run; without the date, so that the same sketch is the same file
 draw_sketches() {
@@ -311,7 +311,7 @@ draw_stability() {
 }
 
 # What accuracy costs, by the tables beside the page, which `make tradeoff` measures
-draw_tradeoff() { "$python" bench/tradeoff_pictures.py docs/evidence --output results/tradeoff; }
+draw_tradeoff() { "$python" tools/tradeoff_pictures.py docs/evidence --output results/tradeoff; }
 
 # The pictures of the lessons, by the commands that stand there
 draw_lessons() {

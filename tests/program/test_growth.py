@@ -1,17 +1,75 @@
 """Cracks that grow at rest, against paths of an integral equation (tests/reference/growth), and what is refused."""
 
+import csv
+import math
 import sys
 
 import numpy as np
 import pytest
 
 from harness import run, run_told
-from paths import BENCH
+from paths import BENCH, REFERENCE
 
 sys.path.insert(0, str(BENCH))
 
-from crack_references import BEAM, DCB, deviations, load_errors, slanted_growth as plate  # noqa: E402
 from cracks import scene  # noqa: E402
+
+SIZE = 8e-3 / math.sqrt(2)  # of the crack at 45 degrees
+
+BEAM = """\
+&run plane = 'strain'  thickness = 1e-3  end_time = 9 /
+&grid lower = -0.062, -0.017  cell = 1e-3  cells = 124, 34 /
+&material name = 'a'  young = 200e9  poisson = 0.3  density = 7800 /
+&body material = 'a'  lower = -0.06, -0.015  upper = 0.06, 0.015 /
+&load kind = 'traction'  lower = -0.001, 0.015  upper = 0.001, 0.015  force = 0, -2.0 /
+&load kind = 'traction'  lower = -0.051, -0.015  upper = -0.049, -0.015  force = 0, 1.0 /
+&load kind = 'traction'  lower = 0.049, -0.015  upper = 0.051, -0.015  force = 0, 1.0 /
+&energy_release estimators = 'domain_integral' /
+&method time = 'static'  load_steps = 9 /
+&refine indicator = 'tip'  max_level = 2  rings = 8 /
+&crack kind = 'path'  points = -0.02, -0.016, -0.02, -0.006 /
+&growth direction = 'local_symmetry'  toughness = 100.0  increment = 1.5e-3 /
+"""
+
+DCB = """\
+&run plane = 'stress'  thickness = 0.01  end_time = 11 /
+&grid lower = -0.0025, -0.0125  cell = 1.25e-3  cells = 100, 20 /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'a'  lower = 0, -0.01  upper = 0.12, 0.01 /
+&constraint lower = 0.12, -0.01  upper = 0.12, 0.01  fix = 'xy' /
+&load kind = 'traction'  lower = 0, 0.00125  upper = 0, 0.01  force = 0, 1.0 /
+&load kind = 'traction'  lower = 0, -0.01  upper = 0, -0.00125  force = 0, -1.0 /
+&energy_release estimators = 'domain_integral' /
+&method time = 'static'  load_steps = 11 /
+&refine indicator = 'tip'  max_level = 2  rings = 6 /
+&crack kind = 'path'  points = -0.001, 0.0003, 0.05, 0.0003 /
+&growth direction = 'straight'  toughness = 1.0  increment = 2.272727e-3 /
+"""
+
+
+def plate(steps, direction="local_symmetry", increment=1.6e-3, levels=1, cell=1e-3, more="", **values):
+    """A crack of 16 mm at 45 degrees in a plate of 40 by 80 mm under tension."""
+    text = scene([[(-SIZE, -SIZE), (SIZE, SIZE)]], cell, (0.02, 0.04), levels=levels, sigma=1e6, **values)
+    text = text.replace("time = 'static'", f"time = 'static'  load_steps = {steps}")
+    return text + f"&growth direction = '{direction}'  toughness = 100.0  increment = {increment} {more} /\n"
+
+
+def deviations(row, name, tip, increment):
+    """Distance of a tip from where it should be [mm], of its direction [degrees] and of K_I, relative, in each row."""
+    with (REFERENCE / "growth" / name).open() as file:
+        table = csv.reader(line for line in file if not line.startswith("#"))
+        path = {round(float(line[2]), 3): [float(x) for x in line[3:]] for line in table if line[0] == f"{1e3 * increment:g} mm" and line[1] == tip}
+    off = []
+    for i in range(len(row["tip_x"])):
+        x, y, angle, k, _ = path[round(1e3 * increment * i, 3)]
+        off.append((math.hypot(1e3 * row["tip_x"][i] - x, 1e3 * row["tip_y"][i] - y), abs(row["tip_angle"][i] - angle),
+                    abs(row["K_I"][i] / row["load_factor"][i] / k - 1)))
+    return np.array(off)
+
+
+def load_errors(row):
+    """Of the double cantilever beam: the load over that by G = 12 P**2 (a + 0.6731 D)**2/(E B**2 D**3), less 1, in each row."""
+    return row["load_factor"] * (row["tip_x"] + 0.6731 * 0.01) / math.sqrt(70e9 * 0.01**2 * 0.01**3 / 12) - 1
 
 
 def test_a_path_by_local_symmetry(hampm):

@@ -1,5 +1,5 @@
 """A cracked beam on two anvils that is struck in its middle: it lifts off, and comes back (`input/one_point_bend.nml`). The reference is a beam of Timoshenko with a spring
-for its crack, a rod that falls on it and anvils that only push (`bench/one_point_bend.py`)."""
+for its crack, a rod that falls on it and anvils that only push (`tools/references/one_point_bend.py`)."""
 
 import re
 import sys

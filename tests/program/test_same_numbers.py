@@ -1,12 +1,12 @@
-"""The comparison of all numbers with an earlier version (bench/same_numbers.py): it sees a difference, and knows rounding from it."""
+"""The comparison of all numbers with an earlier version (tools/same_numbers.py): it sees a difference, and knows rounding from it."""
 
 import sys
 
 import pytest
 
-from paths import BENCH, PROGRAM, ROOT
+from paths import PROGRAM, ROOT
 
-sys.path.insert(0, str(BENCH))
+sys.path.insert(0, str(ROOT / "tools"))
 
 import same_numbers  # noqa: E402
 

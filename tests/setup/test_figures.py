@@ -116,7 +116,7 @@ def test_accuracy_against_cost_is_drawn_from_the_tables_beside_the_page(tmp_path
     np.testing.assert_allclose(rest.get_xydata(), [[0.5, 0.5]])
     np.testing.assert_allclose(front.get_xydata(), [[0.5, 0.5]])
     assert uniform.get_color() == tradeoff_pictures.FAMILIES["uniform"] and tradeoff_pictures.MOST == 5
-    words = [ROOT / "bench/tradeoff_pictures.py", ROOT / "docs/evidence", "--output", tmp_path]
+    words = [ROOT / "tools/tradeoff_pictures.py", ROOT / "docs/evidence", "--output", tmp_path]
     done = subprocess.run([sys.executable, *words], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert {path.stem for path in tmp_path.glob("*.png")} == {"static", "tension", "dynamic", "impact"}

@@ -1,6 +1,6 @@
 """Draw docs/images/fig10.png: G(t) of the four methods by (14) and by J, and what the paper's text says of its curves at rest.
 
-    .venv/bin/python bench/figure_10_picture.py docs/evidence/figure_10_paper.csv CASE.h5 ... --output FILE
+    .venv/bin/python tools/figure_10_picture.py docs/evidence/figure_10_paper.csv CASE.h5 ... --output FILE
 
 The text gives the size of an error in whole percent, and not its sign: a mark above and one below the beam on an elastic foundation, with bars
 of half a percent. A case of the table is the name of a result file, whose colour its marks have.

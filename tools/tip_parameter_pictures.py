@@ -1,6 +1,6 @@
 """Pictures of tip parameters: K of input/interface_crack.nml over the ratio of the moduli, and of input/graded_plate.nml over the gradient.
 
-    .venv/bin/python bench/tip_parameter_pictures.py interface|graded PROGRAM FOLDER
+    .venv/bin/python tools/tip_parameter_pictures.py interface|graded PROGRAM FOLDER
 """
 
 import cmath
@@ -11,11 +11,11 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from graded_references import intensities
-from tables import ROOT
 
-sys.path.insert(0, str(ROOT / "postprocess"))
+ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT / "postprocess"), str(ROOT / "tools/references")]
 
+from graded_references import intensities  # noqa: E402
 from pictures import plt  # noqa: E402
 
 TENSION = 1e6

@@ -1,7 +1,7 @@
 """Whether two programs give the same numbers on every namelist of the repository: those of input/, the lessons, the cases and the
 regression tests with all their runs, and the models in code blocks of the documents.
 
-    .venv/bin/python bench/same_numbers.py --before PROGRAM --revision REV [FILE ...]
+    .venv/bin/python tools/same_numbers.py --before PROGRAM --revision REV [FILE ...]
 
 The program of before reads the namelists as they are at REV, the present one those of this folder; tools/upgrade.py --columns tells the present names
 of columns and fields. All columns of the history, all fields of the snapshots and all numeric attributes are compared. A difference is
@@ -31,7 +31,10 @@ from typing import NamedTuple
 
 import h5py
 import numpy as np
-from tables import ROOT, write
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "bench"))
+
+from tables import ROOT, write  # noqa: E402
 
 try:
     import tomllib

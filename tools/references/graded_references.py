@@ -12,7 +12,7 @@ turned around, in the mean with each function (Galerkin). K is what W has at the
 In plane strain nu/(1 - nu) is in the place of nu. Delale & Erdogan (1983) and Konda & Erdogan (1994) solve the same problem by a dislocation
 density.
 
-    .venv/bin/python bench/graded_references.py
+    .venv/bin/python tools/references/graded_references.py
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 """A cracked beam on two anvils that is struck in its middle, by the theory of beams: what `input/one_point_bend.nml` is compared with.
 
-    .venv/bin/python bench/one_point_bend.py results/one_point_bend.h5 [picture.png]
+    .venv/bin/python tools/references/one_point_bend.py results/one_point_bend.h5 [picture.png]
 
 Half of the beam is one of Timoshenko, its crack a spring between the halves (Tada, Paris & Irwin, angle of a beam in bending), and K that of the moment in it at the
 moment, as at rest. The striker is a rod, and rod and anvils only push. The rod touches by a spring stiffer than its elements; an anvil is the spring of its column,

@@ -1,6 +1,6 @@
 """T-stresses of specimens at rest, by boundary collocation, and of a half-plane crack under a step wave, in closed form.
 
-    bench/t_stress_references.py [TERMS]
+    tools/references/t_stress_references.py [TERMS]
 
 Prints the rows of tests/reference/t_stress.csv. At rest the stress function of a crack along the negative x axis with free faces is (Williams 1957)
 

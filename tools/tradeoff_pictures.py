@@ -1,6 +1,6 @@
 """Draw the pictures of docs/evidence/tradeoff.md from the tables beside it: the front, and the cheapest settings of five families.
 
-    .venv/bin/python bench/tradeoff_pictures.py docs/evidence --output DIR
+    .venv/bin/python tools/tradeoff_pictures.py docs/evidence --output DIR
 
 The folder has tradeoff_front.csv and tradeoff_advice.csv.
 

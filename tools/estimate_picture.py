@@ -1,18 +1,17 @@
 #!/usr/bin/env python3
 """Draw estimated errors against true ones, from the tables of bench/estimate_coverage.py: one panel for each, before and after.
 
-    bench/estimate_picture.py docs/evidence/estimates_before.csv docs/evidence/estimates_after.csv --output docs/images/estimates.png
+    tools/estimate_picture.py docs/evidence/estimates_before.csv docs/evidence/estimates_after.csv --output docs/images/estimates.png
 """
 
 import argparse
 import sys
 from pathlib import Path
 
-from estimate_coverage import column_of, errors, read, summary
-from tables import ROOT
+ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT / "postprocess"), str(ROOT / "bench")]
 
-sys.path.insert(0, str(ROOT / "postprocess"))
-
+from estimate_coverage import column_of, errors, read, summary  # noqa: E402
 from pictures import COLOURS as PALETTE  # noqa: E402
 from pictures import STYLE, plt  # noqa: E402
 
