@@ -9,8 +9,7 @@ from paths import BENCH, RELEASE_BENCH, ROOT
 sys.path.insert(0, str(BENCH))
 
 from instructions import can_count, instructions  # noqa: E402
-from ledger import LEAST, MOST, held, run  # noqa: E402
-from whole_runs import QUESTIONS, count  # noqa: E402
+from whole_runs import LEAST, MOST, QUESTIONS, count, held, run  # noqa: E402
 
 LIMIT = 1.0  # over the least that a step needs where particles stand
 TOTAL_LIMIT = 0.25  # of the total frame over the least of the updated one, for a linear law: nodes only, by shared rows of the matrices of the cells
@@ -47,5 +46,5 @@ def test_a_whole_run_takes_the_instructions_of_the_ledger(name):
     if ratio is None:
         pytest.skip(f"the ledger has no count by {compiler}")
     print(f"{name}: {ratio:.4f} of the ledger, error {error} %")
-    assert ratio <= MOST, "it costs more: find out what for, and write in what it buys by bench/ledger.py --why REASON"
-    assert ratio >= LEAST, "it costs less: write that in by bench/ledger.py --why REASON"
+    assert ratio <= MOST, "it costs more: find out what for, and write in what it buys by bench/whole_runs.py --why REASON"
+    assert ratio >= LEAST, "it costs less: write that in by bench/whole_runs.py --why REASON"
