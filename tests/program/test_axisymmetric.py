@@ -380,3 +380,20 @@ def test_an_edge_on_the_axis_has_no_area_to_be_loaded(hampm, load):
     assert "the edge is on the axis" in run(hampm, text, code=2)
     assert np.isfinite(run(hampm, text.replace("side = 4", "side = 3").replace("lower = 0, 0.4  upper = 0, 1", "lower = 0, 1  upper = 1, 1").replace(
         "lower = 0, 0  upper = 0, 1  press", "lower = 1, 0  upper = 1, 1  press"))["external_work"][-1])
+
+
+def test_a_layer_that_is_held_at_its_rim_adds_nothing_to_closure(hampm):
+    """It would widen, and the pressure on its rim keeps it from that: its radial and hoop stress are uniform and end at the crack's plane, without K. So G is that of the pull alone, in
+    both modes; the hoop stress of one side alone is part of the force that closes the crack."""
+    pressure = 1e6
+    rest = """&body material = 'm'  lower = 0, 9e-3  upper = 12e-3, 14e-3  {} /
+&constraint lower = 0, 0  upper = 12e-3, 0  fix = 'y' /
+&load kind = 'traction'  lower = 0, 14e-3  upper = 12e-3, 14e-3  force = 0, 100.0 /
+{}
+&crack kind = 'line'  tip = 4e-3, 9e-3  length = 4e-3 /
+&energy_release estimators = 'vcct', 'domain_integral' /"""
+    strain = pressure * 0.7 / YOUNG
+    held = f"eigenstrain = {strain}, 0, 0, {strain}", f"&load kind = 'pressure'  lower = 12e-3, 9e-3  upper = 12e-3, 14e-3  pressure = {pressure} /"
+    alone, both = (run(hampm, scene(1, 1e-3, (14, 15), "&body material = 'm'  lower = 0, 0  upper = 12e-3, 9e-3 /", rest.format(*more))) for more in (("", ""), held))
+    for name in ("G_vcct_I", "G_vcct_II", "J"):
+        assert abs(both[name][-1]) == pytest.approx(abs(alone[name][-1]), rel=1e-6), name
