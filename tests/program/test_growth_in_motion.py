@@ -656,6 +656,16 @@ def test_a_crack_stops_before_a_load(hampm, tmp_path):
     assert residual(row) < 1e-12
 
 
+def test_a_crack_that_has_no_room_stops_where_it_is(hampm):
+    """Beside a pin within the plate, nine cells before the edge; the other tip, with nothing beside it, runs through to that."""
+    pin = "\n&constraint lower = 5.9e-3, 3.9e-3  upper = 6.6e-3, 4.6e-3  fix = 'x' /"
+    row, said = run_told(hampm, plate(GIVEN.format("").replace("600.0", "1800.0") + pin))
+    assert "tip 1 no longer grows: a cell further there is no room" in said
+    assert math.hypot(5.9e-3 - row["tip_x"][-1], 3.9e-3 - row["tip_y"][-1]) > 2 * 0.5e-3
+    assert 5e-3 < row["tip_x"][-1] < 5.9e-3
+    assert row["tip_x_tip2"][-1] == pytest.approx(-10e-3, rel=1e-6)
+
+
 @pytest.mark.parametrize(("law", "method", "steps"), [
     ("law = 'toughness'  toughness = 0.01", "time = 'implicit'  time_step = 2e-7  hht_alpha = -0.1", 14),
     ("law = 'prescribed'  speed = 600.0  start = 2e-6  direction = 'straight'", "mass = 'weighted'", 47),
