@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from harness import datasets, run_told
+from harness import datasets, run, run_told
 from paths import BENCH
 from snapshots import field, points, read_steps
 
@@ -177,6 +177,30 @@ def in_motion(cracks, growth, method="", refine="", contact="none", end=10e-6, m
 
 
 SLANTED = [(-2.0, -1.0, 2.0, 1.0)]
+
+
+def test_cells_that_refine_as_halves_part_leave_each_its_motion(hampm):
+    """A slanted crack runs right through a plate whose ends are pulled: its halves fly apart as rigid bodies, and their own strains are a fiftieth of that. Particles beside the crack
+    divide at the end, some on both sides of it, and each has the motion of its half."""
+    row = run(hampm, """\
+&run plane = 'strain'  end_time = 2e-5 /
+&grid lower = -12e-3, -12e-3  cell = 2e-3  cells = 12, 12 /
+&material name = 'a'  young = 200e9  poisson = 0.3  density = 8000 /
+&body material = 'a'  lower = -10e-3, -10e-3  upper = 10e-3, 10e-3 /
+&load kind = 'traction'  lower = -10e-3, 10e-3  upper = 10e-3, 10e-3  force = 0.0, 20e3 /
+&load kind = 'traction'  lower = -10e-3, -10e-3  upper = 10e-3, -10e-3  force = 0.0, -20e3 /
+&refine indicator = 'gradient'  r_crit = 1e-6  max_level = 1  start = 1.9e-5  interval = 1 /
+&crack kind = 'path'  points = -12e-3, -3.6e-3, 12e-3, 3.6e-3 /
+&output snapshot_interval = 2e-5 /
+""")
+    u = row["displacement"]
+    x = row["x"] - u
+    assert len(x) == 4 * 20**2
+    for side in (1, -1):
+        of = side * (x[:, 1] - 0.3 * x[:, 0]) > 0
+        rigid = np.column_stack([np.ones(np.count_nonzero(of)), x[of]])
+        off = u[of, 1] - rigid @ np.linalg.lstsq(rigid, u[of, 1], rcond=None)[0]
+        assert np.max(np.abs(off)) < 0.05 * np.mean(side * u[of, 1])
 
 
 @pytest.mark.parametrize(("law", "method", "refine", "contact"), [
