@@ -4,6 +4,7 @@ notch, against the asymptotic solution (tests/reference/nucleation)."""
 import math
 import sys
 
+import h5py
 import numpy as np
 import pytest
 
@@ -152,6 +153,8 @@ def test_a_penny_around_an_axis(hampm):
 def test_growth_goes_on(hampm):
     """The crack of the strip appears whole, has more than its toughness, and then grows as one that is there from the start."""
     found = run(hampm, strip(growth=GROWTH, strength=1e5))
+    with h5py.File(found.path) as file:            # the radii are not those of the first row in all
+        assert file["history/J_1"].attrs["long_name"].endswith("radius 1 of those that there is room for")
     there = run(hampm, strip(growth=GROWTH).replace("&nucleation toughness = 100.0  strength = 10000000.0  increment = 0.001 /\n", ""))
     assert found["load_factor"][1:] == pytest.approx(there["load_factor"][:3], rel=1e-6)
     assert found["crack_length"] == pytest.approx([0, 8e-3, 10e-3, 12e-3])
