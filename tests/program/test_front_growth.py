@@ -423,3 +423,32 @@ def test_a_front_in_motion_comes_to_a_hole(tmp_path, hole):
         # of the strip up to x = 5.5, without what the cavity has of it
         t = 0.5
         assert row["crack_area"][-1] == pytest.approx(11.0 - 1.2**2 / 2 * (np.pi / 2 + np.arcsin(t / 1.2) + t / 1.2 * np.sqrt(1 - (t / 1.2)**2)), rel=2e-3)
+
+
+SHEARED = """
+&run end_time = 1.0 /
+&grid lower = 0.0, 0.0, -8.0  cell = 1.0  cells = 16, 2, 16 /
+&material name = 'a'  young = 1e3  poisson = 0.3  density = 1.0 /
+&body material = 'a'  lower = 0.0, 0.0, -7.0  upper = 16.0, 2.0, 7.0 /
+&constraint lower = 0.0, 0.0, -8.0  upper = 16.0, 0.0, 8.0  fix = 'y' /
+&constraint lower = 0.0, 2.0, -8.0  upper = 16.0, 2.0, 8.0  fix = 'y' /
+&constraint lower = 16.0, 0.0, -8.0  upper = 16.0, 2.0, 8.0  fix = 'xz' /
+&load kind = 'traction'  lower = 0.0, 0.0, 0.0  upper = 0.0, 2.0, 7.0  force = -1.0, 0.0, {pull} /
+&load kind = 'traction'  lower = 0.0, 0.0, -7.0  upper = 0.0, 2.0, 0.0  force = 1.0, 0.0, -{pull} /
+&crack kind = 'plane'  normal = 'z'  front = 'straight'  tip = 8.0, 0.0, 0.0  direction = 1.0, 0.0, 0.0 /
+&growth direction = 'straight'  toughness = 1.0  increment = 0.25  {mix} /
+&energy_release estimators = 'domain_integral' /
+&method time = 'static'  frame = 'total'  load_steps = 1 /
+&output file = 'case.h5' /
+"""
+
+
+@pytest.mark.parametrize("pull", [0.0, 0.1], ids=["sheared", "mixed"])
+def test_toughness_of_a_front_that_slides(tmp_path, pull):
+    """Of Benzeggagh and Kenane, by the part of sliding in G: G_I' + (G_II' - G_I') times its square. The load at which the front grows goes with its root."""
+    mix = "mixed_mode = 'benzeggagh_kenane'  toughness_shear = 4.0  mixed_mode_exponent = 2.0"
+    (_, plain, _), (along, history, _) = (grown(tmp_path / name, SHEARED.format(pull=pull, mix=text)) for name, text in (("plain", ""), ("tougher", mix)))
+    part = along["K_II"][0]**2 / (along["K_I"][0]**2 + along["K_II"][0]**2)
+    assert (part > 0.99).all() if pull == 0 else (abs(part - 0.41) < 0.02).all()
+    assert along["toughness"][0] == pytest.approx(1 + 3 * part**2, rel=1e-6)
+    assert history["load_factor"][0] / plain["load_factor"][0] == pytest.approx(np.sqrt(1 + 3 * np.mean(part)**2), rel=1e-6)
