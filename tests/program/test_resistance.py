@@ -207,7 +207,10 @@ def test_where_a_crack_in_pmma_may_branch(hampm, limit):
     assert np.max(np.abs(off[runs][ratio[runs] < 0.8])) < 2e-3
     spoken = [float(found) for found in re.findall(r"tip 1 (?:has the energy|is fast enough).*first at ([\d.]+) of the speed", said)]
     print(spoken)
-    assert spoken[0] == pytest.approx(ratio[np.argmax(row["branching_energy"] >= 1)], abs=2e-3)
+    first = np.argmax(row["branching_energy"] >= 1)
+    assert spoken[0] == pytest.approx(ratio[first], abs=2e-3)
+    told = float(re.search(r"a tip at rest in its place would have ([\d.]+) times the toughness", said)[1])
+    assert told == pytest.approx(2 * row["branching_energy"][first], rel=5e-3)
     assert spoken[0] < 0.4 and len(spoken) == 1 if limit else 0.4 < spoken[0] < spoken[1] < 0.75
 
 
