@@ -843,3 +843,15 @@ def test_a_tip_slows_down_in_a_dip_of_its_load_and_does_not_rest(hampm):
     print(dip)
     assert dip == pytest.approx([0.4540e-3, 0.6028e-3], abs=0.02e-3)
     assert np.all(row["tip_speed"][(row["time"] > 5.652e-6) & (row["time"] < 6.202e-6)] > 100)
+
+
+def test_a_crack_whose_load_ends_stops_in_implicit_steps_as_in_explicit_ones(hampm):
+    """A pulse of 2 us: tips run as long as they have the energy, and then stay, to a cell in the length of their crack."""
+    text = plate("&growth law = 'toughness'  toughness = 0.05  direction = 'straight' /").replace("0.5e-3  cells = 40, 42", "1e-3  cells = 20, 22")
+    text = text.replace("-10e-3, -10.5e-3", "-10e-3, -11e-3").replace("end_time = 8e-6", "end_time = 7e-6").replace("0.16e-6", "0.2e-6")
+    text = text.replace("20e3 /", "20e3  history = 'table'  times = 0.0, 1e-6, 2.5e-6, 3e-6, 1.0  factors = 0.0, 1.0, 1.0, 0.0, 0.0 /")
+    implicit, explicit = (run_told(hampm, text.replace("&method", f"&method {method}"))[0] for method in ("time = 'implicit'  time_step = 2e-7", ""))
+    print(implicit["crack_length"][-1], explicit["crack_length"][-1])
+    for row in implicit, explicit:
+        assert row["crack_length"][-1] - row["crack_length"][0] > 5e-3 and not (row["tip_speed"][-5:] > 0).any()
+    assert implicit["crack_length"][-1] == pytest.approx(explicit["crack_length"][-1], abs=1e-3)
