@@ -109,6 +109,21 @@ WHOLE = """&load kind = 'traction'  lower = 0.005, -0.02  upper = 0.01, -0.02  f
 &crack kind = 'line'  tip = 0.03, 0.0  direction = 1.0, 0.0  contact = 'frictionless' /"""
 
 
+@pytest.mark.parametrize(("at", "across"), [((5.0, 3.0), "y"), ((1.0, 3.0), "y"), ((3.0, 5.0), "x"), ((3.0, 1.0), "x")], ids=["right", "left", "top", "bottom"])
+def test_a_support_along_an_edge_has_material_on_both_sides(hampm, at, across):
+    """In the middle of any edge of a square, for the direction along it."""
+    hold = f"{6 - at[0]}, {6 - at[1]}"               # opposite
+    said = harness.run(hampm, f"""&run plane = 'strain'  end_time = 1.0 /
+&grid lower = 0.0, 0.0  cell = 1.0  cells = 6, 6 /
+&material name = 'a'  young = 1e9  poisson = 0.3  density = 1000 /
+&body material = 'a'  lower = 1.0, 1.0  upper = 5.0, 5.0 /
+&constraint lower = {hold}  upper = {hold}  fix = 'xy' /
+&constraint lower = {at[0]}, {at[1]}  upper = {at[0]}, {at[1]}  fix = '{across}'  unilateral = .true. /
+&method time = 'static' /
+""", code=2)
+    assert f"the node at ({at[0]}, {at[1]}) m has material on both sides in {across}" in said
+
+
 @pytest.mark.parametrize("order", [(), ("--set", "grid.order=2", "--set", "body.points_per_cell=3")], ids=["bilinear", "quadratic"])
 def test_half_a_body_on_a_support_is_half_of_a_body_with_a_crack_in_contact(hampm, tmp_path, order):
     """A part of the faces opens. Pressed faces are held by a layer that hardly gives way on one way, nodes are fixed on the other."""
