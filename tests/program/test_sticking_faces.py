@@ -127,3 +127,22 @@ def test_faces_that_are_pressed_alike_do_not_slide(hampm, across, path, level, o
         print(row["K_II" + tip][-1], row["K_II_error" + tip][-1])
         assert row["K_I" + tip][-1] == 0
         assert abs(row["K_II" + tip][-1]) <= row["K_II_error" + tip][-1] < 0.03 * 1e6 * np.sqrt(np.pi * 0.01)
+
+
+@pytest.mark.parametrize("contact", ["'frictionless'", "'friction'  friction = 0.3"])
+def test_faces_that_press_on_each_other_are_not_told_as_open(hampm, contact):
+    """A slanted crack is closed from tip to tip, and slides. Its columns of opening are those of the layer between the faces, not of the cells beside it, whose functions know no faces."""
+    row = harness.run(hampm, f"""&run plane = 'strain'  end_time = 1.0 /
+&grid lower = -10e-3, -11e-3  cell = 1e-3  cells = 20, 22 /
+&material name = 'a'  young = 200e9  poisson = 0.3  density = 8000 /
+&body material = 'a'  lower = -10e-3, -10e-3  upper = 10e-3, 10e-3 /
+&load kind = 'traction'  lower = -10e-3, 10e-3  upper = 10e-3, 10e-3  force = 0.0, -20e3 /
+&load kind = 'traction'  lower = -10e-3, -10e-3  upper = 10e-3, -10e-3  force = 0.0, 20e3 /
+&method time = 'static' /
+&crack kind = 'path'  points = -4e-3, -2e-3, 4e-3, 2e-3  contact = {contact} /
+&energy_release estimators = 'domain_integral' /
+""")
+    for place in ("crack", "mouth"):
+        for tip in ("", "_tip2"):
+            opening, sliding = (row[f"{place}_{way}{tip}"][-1] for way in ("opening", "sliding"))
+            assert -0.02 * abs(sliding) < opening <= 0, (place, tip)
