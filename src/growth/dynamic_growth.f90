@@ -13,7 +13,7 @@ module hampm_dynamic_growth
    use hampm_front_values, only: front_values_t
    use hampm_growing, only: growing_t, growing_point_t, next_t, prescribed_advance, share_of_shear, part_of_crack
    use hampm_growth_points, only: next_of_points
-   use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_for, why_no_room, find_end, &
+   use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_for, is_free, why_no_room, find_end, &
                                plan_end, end_tips, &
                                   shrink_domains
    use hampm_interface_placement, only: release_length
@@ -109,7 +109,7 @@ contains
       real(dp), allocatable :: before(:, :)
       real(dp) :: from(ndim), to(ndim), direction(ndim), ahead(ndim), present(ndim), bonded, room, angle, beyond
       integer :: cells, next
-      logical :: at_kink, runs_through
+      logical :: at_kink, is_clear, runs_through
       associate (tip => cracks%tips(k))
          allocate (before, source=cracks%crack(tip%crack)%points)
          bonded = cracks%crack(tip%crack)%bonded(tip%end)
@@ -120,14 +120,16 @@ contains
             from = before(:, merge(size(before, 2), 1, tip%end == last_point))
             call choose_direction(growing, model, cracks, k, of, from, direction)
             ahead = direction
+            is_clear = .true.
             do
                call next_point(m, cracks, growing, k, of, from, direction, cells, to, beyond, at_kink)
+               is_clear = is_clear .and. is_free(model, cracks, tip%crack, from, to)
                call cracks%plan_way(k, to)
                if (.not. at_kink) exit
                from = to
                direction = growing%to_next_point(k, of%points, from, direction)
             end do
-            room = room_for(model, cracks, tip%crack, to)
+            room = merge(room_for(model, cracks, tip%crack, to), 0.0_dp, is_clear)
             if (room >= least_radius(model)*(1 - 1e-9_dp)) exit
             cracks%crack(tip%crack)%bonded(tip%end) = bonded
             call cracks%place(tip%crack, before)

@@ -18,9 +18,8 @@ module hampm_growth_room
    use hampm_text, only: digits_text, to_text, without_rounding
    implicit none
    private
-   public :: see_surroundings, see_around_tips, room_of_material, room_for, room_of_tip, why_no_room, find_end, plan_end, &
-             end_tips, shrink_domains, find_loose_tips, &
-             is_plane_open
+   public :: see_surroundings, see_around_tips, room_of_material, room_for, room_of_tip, is_free, why_no_room, find_end, &
+             plan_end, end_tips, shrink_domains, find_loose_tips, is_plane_open
 
 contains
 
@@ -111,6 +110,22 @@ contains
       end associate
    end function room_of_tip
 
+   !> Whether no surface and no other crack, with its planned path, is between the end of a crack and a place: behind one there may
+   !> be room again.
+   logical function is_free(model, cracks, number, from, to)
+      type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: number              !! of the crack
+      real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
+      real(dp) :: length
+      length = norm(to - from)
+      is_free = .not. length > 0
+      if (is_free) return
+      associate (direction => (to - from)/length)
+         is_free = min(way_to_surface(model, from, direction, length), way_to_cracks(cracks, number, from, direction)) > length
+      end associate
+   end function is_free
+
    !> Distance of a place from all cracks except one, along their open parts [m].
    pure real(dp) function away_from_cracks(cracks, but, x) result(away)
       type(cracks_t), intent(in) :: cracks
@@ -152,15 +167,12 @@ contains
       real(dp), parameter :: rounding = 1e-6_dp, least_cosine = 0.5_dp
       real(dp) :: way, along, nearest, beside(ndim)
       integer :: k, i
-      way = way_to_surface(model, from, direction, reach)
+      way = min(way_to_surface(model, from, direction, reach), way_to_cracks(cracks, number, from, direction))
       nearest = reach
       beside = from
       do k = 1, size(cracks%crack)
          if (k == number) cycle
          associate (points => cracks%crack(k)%points)
-            do i = 2, size(points, 2)
-               way = min(way, way_to_segment(from, direction, points(:, i - 1), points(:, i)))
-            end do
             call find_nearest_segment(points, from, nearest, i, along)
             if (i > 0) beside = points(:, i - 1) + min(max(along, 0.0_dp), 1.0_dp)*(points(:, i) - points(:, i - 1))
          end associate
@@ -211,6 +223,23 @@ contains
          is_in = is_covered(model, from + way*direction, around*model%grid%cell)
       end function is_in
    end function way_to_surface
+
+   !> Distance from the end of a crack to other ones in a direction [m]; huge without any.
+   pure real(dp) function way_to_cracks(cracks, number, from, direction) result(way)
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: number              !! of the crack
+      real(dp), intent(in) :: from(ndim), direction(ndim) !! [m], and a unit vector
+      integer :: k, i
+      way = huge(way)
+      do k = 1, size(cracks%crack)
+         if (k == number) cycle
+         associate (points => cracks%crack(k)%points)
+            do i = 2, size(points, 2)
+               way = min(way, way_to_segment(from, direction, points(:, i - 1), points(:, i)))
+            end do
+         end associate
+      end do
+   end function way_to_cracks
 
    !> Distance from a place to a segment in a direction [m]; huge without an intersection.
    pure real(dp) function way_to_segment(from, direction, a, b) result(way)

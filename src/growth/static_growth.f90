@@ -9,8 +9,8 @@ module hampm_static_growth
    use hampm_fatigue, only: advances_of
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t, next_t, fitting
-   use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_of_tip, why_no_room, find_end, &
-                               plan_end, end_tips
+   use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_of_tip, is_free, why_no_room, &
+                               find_end, plan_end, end_tips
    use hampm_load_search, only: nothing
    use hampm_kinks, only: slope_of_mixity
    use hampm_load_work, only: load_state_t, find_load_state, find_frame, work_between
@@ -97,7 +97,7 @@ contains
          integer, intent(in) :: k
          real(dp), allocatable :: before(:, :)
          character(:), allocatable :: why
-         real(dp) :: angle, most, length, to(ndim), way(ndim)
+         real(dp) :: angle, most, length, from(ndim), to(ndim), way(ndim)
          logical :: runs_through
          associate (law => model%growth(growing%points(k)%law), tip => cracks%tips(k))
             length = max(part_of_increment(attempts(k))*growing%part*wanted(k), min(wanted(k), least(k)))
@@ -115,9 +115,11 @@ contains
                'increments are too long for its direction. Take shorter ones, or direction = ''local_symmetry''', message)
             growing%points(k)%kink = angle
             if (law%direction == 'local_symmetry') growing%points(k)%slope = slope_of_mixity(angle, values(k)%intensity)
+            from = tip%place
             call cracks%extend(k, length, angle)
             call see_around_tips(model, cracks, tip%crack)
             most = room_of_tip(model, cracks, tip)
+            if (.not. is_free(model, cracks, tip%crack, from, tip%place)) most = 0
             if (most < least_radius(model)*(1 - 1e-9_dp)) then
                why = 'a step further '//why_no_room(model, tip%place)
                call cracks%place(tip%crack, before)

@@ -7,9 +7,10 @@ module hampm_growth_at_rest
    use hampm_failure, only: exit_computation, failure_t
    use hampm_fatigue, only: largest_loads
    use hampm_front_values, only: front_values_t
-   use hampm_growing, only: next_t
+   use hampm_growing, only: by_frame, next_t
    use hampm_growth_points, only: book_fracture, next_of_points
    use hampm_growth_room, only: is_plane_open, see_around_tips
+   use hampm_instant, only: go_back_to, instant_t, save_instant
    use hampm_interface_points, only: commit_slip, have_friction
    use hampm_kinds, only: dp
    use hampm_load_search, only: load_search_t, nothing
@@ -17,7 +18,7 @@ module hampm_growth_at_rest
    use hampm_mesh_changes, only: change_cut, cut_anew
    use hampm_nucleation, only: book_onset, find_onset, insert_crack
    use hampm_outer_forces, only: scale_loads
-   use hampm_problem, only: stored_energy
+   use hampm_problem, only: problem_t, stored_energy
    use hampm_rigid_motions, only: number_of_pieces
    use hampm_simulation, only: measure_state, simulation_t
    use hampm_state, only: energies_t
@@ -95,19 +96,23 @@ contains
    end subroutine grow
 
    !> In equilibrium: cut cells along cracks that have grown, and solve. Where a body has separated and a piece has no equilibrium
-   !> the run is over; where a displacement is prescribed the piece moves with the load frame, without load.
+   !> the run is over; where a displacement is prescribed the piece moves with the load frame, without load, from where it was.
    subroutine cut_at_rest(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: of_pieces
+      type(instant_t) :: before
       call change_cut(s, failure)
       if (failure%failed()) return
-      call note_separation(s, s%problem%state%time + s%dt)
+      call note_separation(s, s%problem%state%time + merge(0.0_dp, s%dt, s%growing%driver == by_frame)) ! which grows after its step
+      if (s%growing%separated >= 0) call save_instant(s%problem, before)
       call s%integrator%initialise(s%problem, s%longest_step, of_pieces)
+      if (s%growing%separated >= 0 .and. .not. of_pieces%failed()) call find_flown(s%problem, of_pieces)
       if (.not. of_pieces%failed()) return
       if (s%growing%separated >= 0 .and. s%model%control%leads() .and. s%model%control%quantity == 'displacement') then
          s%growing%is_adrift = .true.
          s%growing%load_factor = 0
+         call go_back_to(before, s%problem)
          call scale_loads(s%problem, 0.0_dp)
          of_pieces = failure
          call s%integrator%initialise(s%problem, s%longest_step, of_pieces)
@@ -120,6 +125,18 @@ contains
          failure = of_pieces
       end if
    end subroutine cut_at_rest
+
+   !> Fail where small strain has moved material farther than the grid is long: nothing but open faces held it, and the iteration
+   !> has ended at rounding.
+   subroutine find_flown(m, failure)
+      type(problem_t), intent(in) :: m
+      type(failure_t), intent(inout) :: failure
+      if (any(m%materials%is_finite)) return
+      associate (way => maxval(abs(m%particles%displacement(:m%particles%n, :))))
+         if (way > maxval(m%grid%forest%cells)*m%grid%forest%cell) call failure%report(exit_computation, m%state%when()// &
+            'the faces of a piece that nothing else holds do not press on each other, and the loads move it')
+      end associate
+   end subroutine find_flown
 
    !> Record whether cracks have separated a body.
    subroutine note_separation(s, time)
@@ -346,7 +363,8 @@ contains
    !> After a load step, measured: bring the controlled quantity to its target, while tips grow.
    !>
    !> Tips advance by increments at G = toughness while the quantity rises. Where it would fall, growth is unstable: the quantity
-   !> stays and G exceeds the toughness. The last increment ends where G is the toughness.
+   !> stays and G exceeds the toughness. The last increment ends where G is the toughness, unless a tip has run through by it: what
+   !> it has parted is not joined again.
    subroutine follow_control(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -355,6 +373,7 @@ contains
       real(dp) :: critical, last                 ! at which G is the toughness, and the same an increment before
       real(dp) :: factor
       type(symmetric_turns_t) :: turns
+      integer :: ended                           ! points before an increment
       logical :: has_grown
       target = s%model%control%target_at(s%problem%state%time)
       now = s%growing%controlled
@@ -377,9 +396,10 @@ contains
          before = s%cracks
          last = critical
          factor = s%growing%load_factor
+         ended = count(s%growing%points%has_ended)
          call grow(s, failure, has_grown)
          if (s%is_over) return
-         if (s%growing%is_adrift .or. .not. has_grown) exit
+         if (s%growing%is_adrift .or. .not. has_grown .or. count(s%growing%points%has_ended) > ended) exit
          call load_in_symmetry(s, failure)
          if (failure%failed()) return
          critical = controlled(s)
@@ -408,19 +428,20 @@ contains
       real(dp), parameter :: close = 1e-3_dp     ! of the quantity: K of a tip varies as much with its place in a cell
       integer, parameter :: most = 5
       real(dp) :: part(2), off(2), now
-      integer :: trial, side
+      integer :: trial, side, ended
       part = [0, 1]
       off = [first, controlled(s)] - (1 + close)*target ! G is hardly below the toughness: no more growth there
       now = off(2)
       do trial = 1, most
          if (abs(now) <= close*abs(target)) exit
          s%growing%part = part(1) - off(1)*(part(2) - part(1))/(off(2) - off(1))
+         ended = count(s%growing%points%has_ended)
          s%cracks = before                       ! as before that increment, with the loads there
          call see_around_tips(s%model, s%cracks)
          call cut_anew(s, failure)
          call rescale(s, factor, failure)
          if (.not. failure%failed()) call grow(s, failure)
-         if (s%is_over .or. s%growing%is_adrift) exit
+         if (s%is_over .or. s%growing%is_adrift .or. count(s%growing%points%has_ended) > ended) exit
          call load_in_symmetry(s, failure)
          if (failure%failed()) return
          now = controlled(s) - (1 + close)*target

@@ -70,7 +70,8 @@ contains
       if (self%begun .and. .not. (m%state%steps == 0 .and. self%forgets_mesh .and. hangs_on_path(m))) then
          call find_again(self, m, failure)
       else
-         if (self%begun) call unload(self, m)    ! or the first state would hang on the meshes before
+         ! or the first state would hang on the meshes before, or on a try that has failed
+         if (self%begun .or. any(abs(m%particles%displacement(:m%particles%n, :)) > 0)) call unload(self, m)
          call find(self, m, m%state%time, failure)
          if (any(m%materials%has_eigenstrain)) self%at_first = stored_energy(m) - m%energies%external_work
       end if
