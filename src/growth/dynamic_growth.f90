@@ -4,13 +4,13 @@
 module hampm_dynamic_growth
    use hampm_kinds, only: dp, long, ndim
    use hampm_nodal_release, only: fail_behind, scale_failing
-   use hampm_crack_values, only: crack_values_t
+   use hampm_crack_values, only: best_t, crack_values_t
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t, last_point
    use hampm_equation_of_motion, only: speed_by_toughness, excess_of, followed
    use hampm_forest, only: outside
-   use hampm_front_values, only: front_values_t
+   use hampm_front_values, only: front_values_t, mean_rate
    use hampm_growing, only: growing_t, growing_point_t, next_t, prescribed_advance, share_of_shear, part_of_crack
    use hampm_growth_points, only: next_of_points
    use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_for, is_free, why_no_room, find_end, &
@@ -40,6 +40,7 @@ module hampm_dynamic_growth
    integer, parameter :: straight_on = 4
 
    real(dp), parameter :: far_above = 2, from_start = 3 !! G over the toughness of a tip whose cells cannot follow it, cells later
+   real(dp), parameter :: off_onset = 0.05_dp    !! error of the time at which a tip starts, of that: it is told
    real(dp), parameter :: late = 2               !! travel times of shear waves through a cell without motion: a tip has arrested
 
    real(dp), parameter :: straight = 0.2_dp*acos(-1.0_dp)/180 !! angle below which a crack grows straight [rad]
@@ -572,6 +573,8 @@ contains
                point%excess = excess_of(rate, next(k)%toughness, speed, point%lagged_speed, wave)
                point%driving = (1 + point%excess)*next(k)%toughness
                if (is_first) point%lagged_excess = point%excess
+               if (rate >= next(k)%toughness .and. .not. (point%is_running .or. point%onset >= 0)) call note_onset(k, &
+                  (point%excess - point%lagged_excess)*material%shear_wave_speed()/(settling*cell))
                point%lagged_excess = point%excess + (point%lagged_excess - point%excess)*exp(-since*material%shear_wave_speed()/ &
                                                                                              (settling*cell))
                point%is_running = point%is_running .or. rate >= next(k)%toughness
@@ -612,6 +615,31 @@ contains
                                   three_digits(part)//' times that at t = '//three_digits(m%state%time)// &
                                   ' s. Its speed and fracture_energy may be off; take smaller cells there', message)
       end subroutine note_coarse_cells
+
+      !> Note, as a point or the first of a crack with fronts starts, the error of its time: that of G over how fast it rises, or a
+      !> step. It is told where the time is off by a twentieth.
+      subroutine note_onset(k, rise)
+         integer, intent(in) :: k                !! number of the point
+         real(dp), intent(in) :: rise            !! of G over the toughness [1/s]
+         type(best_t) :: best
+         real(dp) :: part                        ! error of G over G [-]
+         associate (point => growing%points(k))
+            if (point%front > 0) then
+               part = fronts(point%front)%mean_error/mean_rate(fronts(point%front))
+            else
+               best = values(k)%best(cracks%tips(k), m%materials(point%material)%isotropic)
+               part = best%error/best%rate
+            end if
+            point%onset_error = since
+            if (rise > 0) point%onset_error = max(since, part*(1 + point%excess)/rise)
+            if (point%front > 0) then
+               where (growing%points%crack == point%crack) growing%points%onset_error = point%onset_error
+            end if
+            if (.not. point%onset_error > off_onset*m%state%time .or. is_first) return
+            call growing%warn_once(k, 'starts at t = '//three_digits(m%state%time)//' s, with an error of '// &
+                                  three_digits(point%onset_error)//' s: its cells are too coarse for how its load rises', message)
+         end associate
+      end subroutine note_onset
 
       !> Take of J of a tip, or of the points of a crack with fronts, the share that faces take where material dissipates: the work
       !> of failing points over J times the new area, averaged over half a cell of the way. It stays at rest. The work so far, over

@@ -23,7 +23,7 @@ module hampm_growing
    private
    public :: growing_t, growing_point_t, point_search_t, next_t, law_of, prescribed_advance, share_of_shear, new_growing, &
              record_growth, note_branching, record_frame, record_place, record_onset, archive_growing, fitting, &
-             part_of_crack, widths_of, add_once
+             note_taken, tell_taken, part_of_crack, widths_of, add_once
 
    integer, parameter, public :: by_load = 1     !! at rest: loads are scaled until the largest G is the toughness
    integer, parameter, public :: by_frame = 2    !! at rest: as a load frame moves
@@ -63,6 +63,7 @@ module hampm_growing
       logical :: is_held = .false.               !! whether it can go no further in the step
       ! In motion
       real(dp) :: onset = -1                     !! when it, or a front of its crack, began to move; below 0: it has not [s]
+      real(dp) :: onset_error = -1               !! of that, by the error of G and how fast it rises; below 0: not known [s]
       real(dp) :: last_motion = -1               !! when it, or a front of its crack, moved last [s]
       integer :: law = 0                         !! number of its present or last &growth; 0: none so far
       real(dp) :: unloading_length = 0                      !! given speed, after arrest: unloading length of bonded points [m]
@@ -101,6 +102,15 @@ module hampm_growing
       integer :: hindrance = 0                   !! static: reason of `warn_of_waiting` for no advance at any load factor; 0: none
    end type next_t
 
+   !> What faces have taken as all points in motion grew by their toughness.
+   type :: taken_t
+      real(dp) :: due = 0                        !! toughness times the new area [J]
+      real(dp) :: way = 0                        !! of the points that are the fastest [cells]
+      real(dp) :: part = 1                       !! taken, of that [-]
+      real(dp) :: since = -1                     !! time from which on that differs; below 0: it does not [s]
+      real(dp) :: from(ndim) = 0                 !! where points were then [m]
+   end type taken_t
+
    !> All that grows.
    type :: growing_t
       type(growing_point_t), allocatable :: points(:) !! all tips, then points of fronts; not allocated without any &growth
@@ -129,6 +139,7 @@ module hampm_growing
       integer(long) :: searched = -1             !! steps before the last search for speeds; below 0: none
       real(dp) :: integral = 0                   !! of G over the new area, up to where tips were booked last [J]
       real(dp) :: since_booked = 0               !! the same from there to the last row [J]
+      type(taken_t) :: taken                     !! by faces that open by the toughness
       logical :: must_cut = .false.              !! whether cells are to be cut anew, where ways are planned or end, or fronts move
       integer :: pieces = 0                      !! in how many all material was at the start
       logical :: is_adrift = .false.             !! whether a separated piece moves with the load frame and carries no load
@@ -150,6 +161,8 @@ module hampm_growing
    end type growing_t
 
    real(dp), parameter :: just_ahead = 1e-3_dp   !! cells
+   real(dp), parameter :: off_toughness = 0.05_dp !! of what faces take in motion over toughness times area: it is told
+   real(dp), parameter :: first_cells = 4        !! in which points of a starting tip take more or less than that
 
 contains
 
@@ -473,6 +486,39 @@ contains
       call warn_once(number, 'has waited in one load step at least: '//why//'no load factor brings it to its toughness', message)
    end subroutine warn_of_waiting
 
+   !> Note, after a step, what faces have taken so far, and where that has left the toughness times the new area: after some cells,
+   !> as points ahead of a tip have taken a part before it comes.
+   pure subroutine note_taken(taken, fracture_energy, time, place)
+      type(taken_t), intent(inout) :: taken
+      real(dp), intent(in) :: fracture_energy    !! [J]
+      real(dp), intent(in) :: time               !! [s]
+      real(dp), intent(in) :: place(ndim)        !! of the points [m]
+      if (.not. taken%due > 0) return
+      taken%part = fracture_energy/taken%due
+      if (abs(taken%part - 1) <= off_toughness .or. taken%way < first_cells) then
+         taken%since = -1
+      else if (taken%since < 0) then
+         taken%since = time
+         taken%from = place
+      end if
+   end subroutine note_taken
+
+   !> Say at the end of a run that faces have not taken the toughness times their area.
+   subroutine tell_taken(taken, message)
+      type(taken_t), intent(in) :: taken
+      character(:), allocatable, intent(inout) :: message
+      character(:), allocatable :: where
+      integer :: k
+      if (taken%since < 0) return
+      where = ''
+      do k = 1, ndim
+         where = where//merge('(', ' ', k == 1)//three_digits(taken%from(k))//merge(')', ',', k == ndim)
+      end do
+      call add_line(message, 'faces have taken '//three_digits(taken%part)//' of the toughness times the new area, off by more '// &
+                    'than 5 % since t = '//three_digits(taken%since)//' s, from '//where//' m on: speeds and lengths may be '// &
+                    'off as much. Smaller cells there and &method mass = ''weighted'' bring it nearer')
+   end subroutine tell_taken
+
    !> Whether a tip that has grown has arrested at the end of a step: no motion in the step nor recently.
    elemental logical function has_arrested(self, time, dt)
       class(growing_point_t), intent(in) :: self
@@ -643,6 +689,11 @@ contains
       call archive%serialise('onset_released', growing%onset_released)
       call archive%serialise('searched', growing%searched)
       call archive%serialise('integral', growing%integral)
+      call archive%serialise('due', growing%taken%due)
+      call archive%serialise('way', growing%taken%way)
+      call archive%serialise('part', growing%taken%part)
+      call archive%serialise('since', growing%taken%since)
+      call archive%archive_reals('from', ndim, growing%taken%from)
       call archive%serialise('pieces', growing%pieces)
       call archive%serialise('separated', growing%separated)
       call archive%serialise('is_adrift', growing%is_adrift)
@@ -681,6 +732,7 @@ contains
       call archive%archive_reals('room', n, growing%points%room)
       call archive%archive_reals('booked', n, growing%points%booked)
       call archive%archive_reals('onset', n, growing%points%onset)
+      call archive%archive_reals('onset_error', n, growing%points%onset_error)
       call archive%archive_reals('last_motion', n, growing%points%last_motion)
       do k = 1, modes
          call archive%archive_reals('sum_of_k_'//to_text(k), n, growing%points%sum_of_k(k))

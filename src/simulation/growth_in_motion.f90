@@ -6,12 +6,12 @@ module hampm_growth_in_motion
    use hampm_dynamic_front_growth, only: lay_points, move_fronts, release_late
    use hampm_dynamic_growth, only: find_speeds, move_tips, must_check, note_check, plan_ways
    use hampm_failure, only: failure_t
-   use hampm_growing, only: growing_t
+   use hampm_growing, only: growing_t, note_taken, part_of_crack
    use hampm_growth_at_rest, only: note_separation
    use hampm_advance_search, only: begin_search, follow_search, advance_search_t
    use hampm_growth_room, only: find_loose_tips
    use hampm_interface_points, only: interface_energy, is_half
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
    use hampm_measurements, only: has_measured_tips, measurements_t
    use hampm_mesh_changes, only: change_cut
    use hampm_nodal_state, only: external_force, internal_force
@@ -70,11 +70,38 @@ contains
       associate (m => s%problem)
          before = interface_energy(m%interfaces) + m%energies%fracture_energy
          call move_tips(s%growing, s%model, m, s%cracks, time, s%dt, s%warning)
+         call book_due(s)
          call move_fronts(s%growing, s%model, m, s%cracks, time, s%dt, s%warning)
          if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - &
             (interface_energy(m%interfaces) + m%energies%fracture_energy - before)
       end associate
    end subroutine move_points
+
+   !> Book what the new faces of a step are to take, if all of them do so by their toughness.
+   subroutine book_due(s)
+      type(simulation_t), intent(inout) :: s
+      integer :: k
+      if (any(s%model%growth%law%gives_speed()) .or. size(s%model%cohesive) > 0) return
+      associate (points => s%growing%points, taken => s%growing%taken)
+         do k = 1, size(s%cracks%tips)
+            associate (tip => s%cracks%tips(k))
+               taken%due = taken%due + part_of_crack(tip)*s%model%run%thickness%at(tip%now)*tip%toughness*tip%speed*s%dt
+            end associate
+         end do
+         taken%due = taken%due + sum(points%width*points%toughness*points%speed, mask=points%front > 0)*s%dt
+         taken%way = taken%way + maxval(points%speed)*s%dt/s%problem%grid%finest_cell
+      end associate
+   end subroutine book_due
+
+   !> Where the point that is the fastest is [m].
+   pure function place_of_fastest(s) result(place)
+      type(simulation_t), intent(in) :: s
+      real(dp) :: place(ndim)
+      integer :: k
+      k = maxloc(s%growing%points%speed, dim=1)
+      place = s%growing%points(k)%place
+      if (k <= size(s%cracks%tips)) place = s%cracks%tips(k)%place
+   end function place_of_fastest
 
    !> Advance by an implicit step with tips that grow: tried with other advances until G is the toughness (`hampm_advance_search`).
    subroutine advance_by_trials(s, failure)
@@ -155,6 +182,7 @@ contains
       else
          call release_late(s%growing, s%model, s%problem)
       end if
+      call note_taken(s%growing%taken, s%problem%energies%fracture_energy, s%problem%state%time, place_of_fastest(s))
       call cut_where_due(s, failure)
       call find_loose_tips(s%growing, s%problem%interfaces, is_new)
       if (is_new .and. .not. failure%failed()) call note_separation(s, s%problem%state%time)

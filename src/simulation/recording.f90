@@ -8,7 +8,7 @@ module hampm_recording
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_front_values, only: front_fields
    use hampm_folders, only: ensure_folder
-   use hampm_growing, only: note_branching
+   use hampm_growing, only: note_branching, tell_taken
    use hampm_growth_points, only: book_rate, must_book
    use hampm_run_time_checks, only: check_state, check_tip, check_faces, check_modes, check_normals, check_rest
    use hampm_measurements, only: take_row, declare_columns, energy_residual, measure_tips, has_measured_tips, have_errors, &
@@ -262,6 +262,7 @@ contains
       end if
       if (failure%code /= exit_stopped) call check_faces(s%measurements, s%cracks%crack, s%model%planes, &
                                                          is_near_equilibrium(s), s%warning)
+      if (failure%code /= exit_stopped) call tell_taken(s%growing%taken, s%warning)
       call tell_end(s, failure)
    end subroutine record_end
 
@@ -321,6 +322,8 @@ contains
                if (point%crack > 1) column = column//'_crack'//to_text(point%crack)
             end if
             if (point%onset >= 0) call s%results%add_attribute(column, 'onset_time', point%onset, failure)
+            if (point%onset_error >= 0 .and. have_errors(s%measurements)) &
+               call s%results%add_attribute(column, 'onset_time_error', point%onset_error, failure)
             if (point%has_arrested(s%problem%state%time, s%dt)) &
                call s%results%add_attribute(column, 'arrest_time', point%last_motion, failure)
          end associate

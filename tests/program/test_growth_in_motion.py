@@ -828,6 +828,12 @@ def test_a_sheared_tip_starts_when_its_hoop_stress_says(hampm, side):
     starts = row["time"][np.flatnonzero(row["crack_length"] > row["crack_length"][0])[0]]
     print(reached, starts, row["K_I"][row["time"] < starts][-1])
     assert 0 <= starts - reached < 0.3e-6
+    with h5py.File(row.path) as file:
+        moved = dict(file["history/tip_speed"].attrs)
+    print(moved["onset_time"], moved["onset_time_error"], row["tip_angle"][-1])
+    right = 12.79e-6                                           # a crack at rest, cells of 0.25 mm: 12.78, with weighted masses 12.79
+    assert abs(moved["onset_time"] - right) < min(moved["onset_time_error"], 0.03 * right)
+    assert moved["onset_time_error"] < 0.03 * right
     assert row["K_I"][row["time"] < starts][-1] < 0
 
 

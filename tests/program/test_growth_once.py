@@ -1,6 +1,8 @@
 """What all growth is asked, tips of the plane and fronts of solids, at rest, in motion and in load cycles: it knows the sign of its loads and the lesser toughness of a
 seam, is not changed by those who look, and stops where its body ends, and says so. A strip between grips, |y| < 8 mm, whose crack lies between two bodies."""
 
+import re
+
 import h5py
 import numpy as np
 import pytest
@@ -18,9 +20,10 @@ WAYS = {"rest": ("law = 'quasi_static'  increment = 2e-3", "", REST, 1.0),
 AGAIN = "history = 'table'  times = 0.0, 2e-6, 3e-6, 6e-6, 8e-6, 1.2e-5  factors = 0.0, 0.7, 0.0, 0.0, 1.0, 1.0"
 
 
-def strip(solid, way, sign=1, toughness=None, more="", tip=0.0, growth=None, steps=3, samples=10, again=False, law=""):
+def strip(solid, way, sign=1, toughness=None, more="", tip=0.0, growth=None, steps=3, samples=10, again=False, law="", mass=None):
     by, rise, method, end = WAYS[way]
     rise, end = (AGAIN, 12e-6) if again else (rise, end)
+    method = method.replace("weighted", mass or "weighted")
     toughness = toughness or (1e4, 1e4) if way == "cycles" else toughness or (10.0, 10.0)  # cycles below fracture
     across = lambda y0, y1, x0=-10e-3: f"lower = {x0}, {y0}" + ", 0.0" * solid + f"  upper = 10e-3, {y1}" + f", {H}" * solid
     sides = "\n".join(f"&constraint lower = -10e-3, -8e-3, {z}  upper = 10e-3, 8e-3, {z}  fix = 'z' /" for z in (0.0, H)) if solid else ""
@@ -130,3 +133,31 @@ def test_when_it_has_moved_and_how_fast(grow):
     assert moved["onset_time"] == pytest.approx(2e-6, abs=1e-7) and moved["arrest_time"] == pytest.approx(5e-6, abs=1e-7)
     during = (row["time"] > 2.2e-6) & (row["time"] < 4.8e-6)
     assert row[column][during] == pytest.approx(1000, rel=1e-9) and not np.any(row[column][(row["time"] < 1.9e-6) | (row["time"] > 5.2e-6)])
+
+
+def test_the_start_by_the_toughness_has_an_error(grow):
+    """The error of G over the rate at which it rises, a step at least; a given speed has none."""
+    for growth in (None, "law = 'prescribed'  speed = 1000.0  start = 2e-6"):
+        row = grow("motion", growth=growth, samples=40)
+        with h5py.File(row.path) as file:
+            moved = dict(file["history"][next(name for name in ("front_speed", "tip_speed") if name in file["history"])].attrs)
+        print(moved)
+        assert ("onset_time_error" in moved) == (growth is None)
+        if growth is None:                                # eight cells to each side: waves of the edges make G swing as it rises
+            assert row["dt"][-1] <= moved["onset_time_error"] < 0.5 * moved["onset_time"]
+            assert ("starts at t = " in row.said) == (moved["onset_time_error"] > 0.05 * moved["onset_time"])
+
+
+@pytest.mark.parametrize("mass", ("weighted", "lumped"))
+def test_it_is_told_what_faces_take(grow, mass):
+    """Of the toughness times the new area, if that is off by more than 5 % after four cells."""
+    row = grow("motion", toughness=(24.0, 24.0), tip=-6e-3, mass=mass)
+    part = row["fracture_energy"] / np.maximum(24.0 * H * row["way"], 1e-12)
+    told = re.search(r"faces have taken (\S+) of the toughness times the new area, off by more than 5 % since t = (\S+) s, from \((.*?)\)", row.said)
+    print(part, row["way"], told and told.groups())
+    assert 5e-3 < row["way"][-1] < 13e-3
+    assert (told is None) == (abs(part[-1] - 1) < 0.05)
+    if told:
+        assert float(told[1]) == pytest.approx(part[-1], abs=6e-3)
+        assert np.interp(float(told[2]), row["time"], row["way"]) > 3.5 * H
+        assert float(told[3].split(",")[0]) == pytest.approx(-6e-3 + np.interp(float(told[2]), row["time"], row["way"]), abs=0.5e-3)
