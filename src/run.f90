@@ -10,6 +10,7 @@ module hampm_run
    use hampm_continuation, only: check_interruption
    use hampm_failure, only: failure_t
    use hampm_file_moves, only: partial_name, remove_file
+   use hampm_growing, only: by_time
    use hampm_growth, only: start_growth, prepare_growth, follow_growth
    use hampm_growth_in_motion, only: advance_by_trials
    use hampm_run_time_checks, only: check_step
@@ -160,10 +161,11 @@ contains
          call show_progress(s, last=.false.)
          s%steps_left = s%steps_left - 1
          if (abs(s%longest_step - s%limit) > 0) s%steps_left = 0
+         if (s%growing%driver == by_time) exit      ! a row at the end of each increment
          if (.not. is_due(s, next_row(s))) call record_between_rows(s, failure)
       end do
       call update_particles(s%problem)
-      if (.not. s%integrator%ends_at_rows) return
+      if (.not. (s%integrator%ends_at_rows .and. is_due(s, next_row(s)))) return
       s%steps_left = 0
       s%problem%state%time = next_row(s)
    end subroutine advance_to_row

@@ -291,8 +291,8 @@ contains
             if (growth%path /= of%crack .or. .not. growth%of_end(of%end)) cycle
             text = text//'growth          '//trim(growth%direction)
             if (growth%law%is_static) text = text//', by '//length_text(growth%increment)//' m a load step'
-            if (growth%law%is_cyclic()) then
-               text = text//', in load cycles by '//trim(growth%rate)
+            if (growth%law%has_rate()) then
+               text = text//trim(merge(', in time by       ', ', in load cycles by', growth%law%is_in_time))//' '//trim(growth%rate)
             else if (growth%law%gives_speed()) then
                text = text//', at '//to_text(growth%speed_at(growth%start))//' m/s, '// &
                       three_digits(growth%speed_at(growth%start)/rayleigh_speed(s%problem%materials(of%material)))// &

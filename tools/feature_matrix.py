@@ -81,6 +81,7 @@ TABLES = {
         "growth: local symmetry": "&crack and &growth and &growth direction = 'local_symmetry'",
         "growth: given path": "&crack and &growth and &growth direction = 'path'",
         "growth in load cycles": "&crack and &growth and &growth law = 'fatigue'",
+        "growth in time": "&crack and &growth and &growth law = 'subcritical'",
         "a crack that appears": "&crack and &nucleation",
         "domain integral": "&crack and &energy_release estimators = 'domain_integral'",
         "T-stress": "&crack and &energy_release t_stress = .true.",

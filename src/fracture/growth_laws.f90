@@ -1,9 +1,10 @@
-!> Laws of crack growth: the toughness, static or dynamic, that a tip dissipates for its advance, or its prescribed dynamic speed.
+!> Laws of crack growth: the toughness, static or dynamic, that a tip dissipates for its advance, its prescribed dynamic speed, or
+!> its way in a load cycle or, in equilibrium, in time.
 !>
 !> A new law is a file with one of these procedures and a row in this table, which gives its choice in `&growth`, its column of the
 !> history, and the rules on its combinations. Keys of its own stand in src/input/schema/growth.toml.
 module hampm_growth_laws
-   use hampm_fatigue_rates, only: fatigue_rate
+   use hampm_fatigue_rates, only: fatigue_rate, subcritical_rate
    use hampm_kinds, only: dp, name_len
    use hampm_law, only: constant_t, value_of
    implicit none
@@ -13,13 +14,16 @@ module hampm_growth_laws
    !> A row of the table.
    type :: growth_law_t
       character(name_len) :: name = ''           !! in model files
-      logical :: is_static = .false.             !! whether tips advance in static increments, under scaled loads or in load cycles
+      logical :: is_static = .false.             !! whether tips advance in static increments: by scaled loads, cycles or time
+      logical :: is_in_time = .false.            !! whether these take time, in which loads follow their histories
       procedure(toughness_of), pointer, nopass :: toughness => null() !! of a law that gives this
       procedure(speed_of), pointer, nopass :: speed => null() !! or this
-      procedure(rate_of), pointer, nopass :: rate => null() !! of a law of load cycles
+      procedure(rate_of), pointer, nopass :: rate => null() !! of a law of load cycles or of time
    contains
       procedure :: gives_speed
+      procedure :: has_rate
       procedure :: is_cyclic
+      procedure :: scales_loads
    end type growth_law_t
 
    abstract interface
@@ -38,13 +42,13 @@ module hampm_growth_laws
          real(dp), intent(in) :: time            !! [s]
       end function speed_of
 
-      !> Way of a tip in a load cycle [m].
+      !> Way of a tip in a load cycle [m], or in a second [m/s].
       pure real(dp) function rate_of(constants, rate, range, ratio, part)
          import :: dp, constant_t
          type(constant_t), intent(in) :: constants(:)
          character(*), intent(in) :: rate        !! of &growth
-         real(dp), intent(in) :: range           !! of K [Pa sqrt(m)]
-         real(dp), intent(in) :: ratio           !! least over largest K [-]
+         real(dp), intent(in) :: range           !! of K; in time K [Pa sqrt(m)]
+         real(dp), intent(in) :: ratio           !! least over largest K; in time 0 [-]
          real(dp), intent(in) :: part            !! largest K over K_c [-]
       end function rate_of
    end interface
@@ -58,7 +62,8 @@ contains
          growth_law_t('quasi_static', is_static=.true., toughness=toughness_at_speed), &
          growth_law_t('prescribed', speed=prescribed_speed), &
          growth_law_t('toughness', toughness=toughness_at_speed), &
-         growth_law_t('fatigue', is_static=.true., toughness=toughness_at_speed, rate=fatigue_rate)])
+         growth_law_t('fatigue', is_static=.true., toughness=toughness_at_speed, rate=fatigue_rate), &
+         growth_law_t('subcritical', is_static=.true., is_in_time=.true., toughness=toughness_at_speed, rate=subcritical_rate)])
    end function growth_laws
 
    !> Whether a law gives the speed, else the toughness.
@@ -67,11 +72,23 @@ contains
       gives_speed = associated(self%speed)
    end function gives_speed
 
-   !> Whether a law is one of load cycles.
+   !> Whether a law gives a rate, in load cycles or in time.
+   elemental logical function has_rate(self)
+      class(growth_law_t), intent(in) :: self
+      has_rate = associated(self%rate)
+   end function has_rate
+
+   !> Whether that is of load cycles.
    elemental logical function is_cyclic(self)
       class(growth_law_t), intent(in) :: self
-      is_cyclic = associated(self%rate)
+      is_cyclic = self%has_rate() .and. .not. self%is_in_time
    end function is_cyclic
+
+   !> Whether growth scales the loads that are not held.
+   elemental logical function scales_loads(self)
+      class(growth_law_t), intent(in) :: self
+      scales_loads = self%is_static .and. .not. self%is_in_time
+   end function scales_loads
 
    !> Constant speed [m/s].
    pure real(dp) function prescribed_speed(constants, time) result(speed)

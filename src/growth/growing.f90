@@ -28,7 +28,8 @@ module hampm_growing
    integer, parameter, public :: by_load = 1     !! at rest: loads are scaled until the largest G is the toughness
    integer, parameter, public :: by_frame = 2    !! at rest: as a load frame moves
    integer, parameter, public :: by_cycles = 3   !! at rest: load cycles
-   integer, parameter, public :: by_steps = 4    !! in motion: steps in time
+   integer, parameter, public :: by_time = 4     !! at rest: time, in which loads follow their histories
+   integer, parameter, public :: by_steps = 5    !! in motion: steps in time
 
    !> State of a point that trials of an implicit step (`hampm_advance_search`) leave to the next one.
    type :: point_search_t
@@ -117,8 +118,8 @@ module hampm_growing
       integer :: driver = by_steps               !! of growth
       logical :: is_static = .false.             !! whether tips advance by increments, under loads that are scaled
       ! Static growth
-      type(fatigue_t) :: fatigue                 !! of law = fatigue
-      logical :: is_cyclic = .false.             !! whether by that
+      type(fatigue_t) :: fatigue                 !! of law = fatigue and subcritical
+      logical :: has_rates = .false.             !! whether by these
       real(dp) :: load_factor = 1                !! scale factor of loads and prescribed motions that are not held
       real(dp) :: work = 0                       !! of the loads at the end of the step before [J]
       type(load_state_t) :: loads                !! their state then
@@ -359,11 +360,12 @@ contains
          growing%points(k)%has_ended = cracks%crack(cracks%tips(k)%crack)%waits
          growing%points(k)%has_stopped = growing%points(k)%has_ended
       end do
-      growing%is_cyclic = any(model%growth%law%is_cyclic())
+      growing%has_rates = any(model%growth%law%has_rate())
       if (growing%is_static) growing%driver = by_load
       if (growing%is_static .and. model%control%leads()) growing%driver = by_frame
-      if (growing%is_cyclic) growing%driver = by_cycles
-      if (growing%is_cyclic) call new_fatigue(model%cycles, growing%points%law, growing%fatigue)
+      if (.not. growing%has_rates) return
+      growing%driver = merge(by_time, by_cycles, any(model%growth%law%is_in_time))
+      call new_fatigue(model%cycles, growing%points%law, growing%driver == by_time, growing%fatigue)
    end subroutine new_growing
 
    !> Direction from a place to the next point of a given path beyond it; straight on after the last one.
@@ -587,7 +589,7 @@ contains
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
                                 next%toughness)
          history%is_of_none = .not. of%is_measured()
-         if (growing%is_cyclic) call record_cycle(growing%fatigue, model, tip, history)
+         if (growing%has_rates) call record_cycle(growing%fatigue, model, tip, values%errors%are_known, history)
          history%is_of_none = history%is_of_none .or. .not. material%isotropic .or. material%has_history .or. of%has_layers
          if (values%recorded%by_fields .and. .not. growing%is_static) call record_by_fields(of, values, history)
          history%is_of_none = .false.
@@ -656,7 +658,7 @@ contains
          points(n + k) = self%points(like(k))
       end do
       call move_alloc(points, self%points)
-      if (.not. self%is_cyclic) return
+      if (.not. self%has_rates) return
       associate (fatigue => self%fatigue)
          fatigue%law = [fatigue%law, fatigue%law(like)]
          fatigue%advance_deficit = [fatigue%advance_deficit, fatigue%advance_deficit(like)]
@@ -680,7 +682,7 @@ contains
       call archive%serialise('load_factor', growing%load_factor)
       call archive%serialise('work', growing%work)
       if (growing%is_static) call archive_load_state(growing%loads, archive)
-      if (growing%is_cyclic) call archive_fatigue(growing%fatigue, archive)
+      if (growing%has_rates) call archive_fatigue(growing%fatigue, archive)
       call archive%serialise('controlled', growing%controlled)
       call archive%serialise('compliance', growing%compliance)
       call archive%serialise('have_no_load', growing%have_no_load)

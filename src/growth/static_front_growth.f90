@@ -14,10 +14,10 @@ module hampm_static_front_growth
    use hampm_tensors, only: norm
    use hampm_crack_placement, only: body_at, finest_cell, distance_to_loads, least_radius
    use hampm_cracks, only: cracks_t
-   use hampm_fatigue, only: advances_of
+   use hampm_fatigue, only: advances_of, errors_of_rates, rates_of, way_error
    use hampm_front, only: front_t, region_t
    use hampm_front_values, only: front_values_t, part_along, between_hats, parts_of, place_hats
-   use hampm_growing, only: growing_t, next_t, add_once
+   use hampm_growing, only: by_cycles, by_time, growing_t, next_t, add_once
    use hampm_lapack, only: dposv
    use hampm_law, only: value_of
    use hampm_load_search, only: nothing
@@ -265,7 +265,7 @@ contains
          k = k + size(fronts(f)%arc)
       end do
       grows = [(growing%is_growing(k), k=1, size(way))]
-      if (growing%is_cyclic) then
+      if (growing%has_rates) then
          way = advances_of(growing%fatigue, model, grows, 0*way)
          do f = 1, size(fronts)
             call slow_down(fall(f))
@@ -462,22 +462,35 @@ contains
    end function places_of
 
    !> Record how a front stands.
-   subroutine record_points(growing, next, cracks, fronts, number, history)
+   subroutine record_points(growing, model, next, cracks, fronts, number, history)
       type(growing_t), intent(in) :: growing
+      type(model_t), intent(in) :: model
       type(next_t), intent(in) :: next(:)        !! of all points
       type(cracks_t), intent(in) :: cracks
       type(front_values_t), intent(in) :: fronts(:)
       integer, intent(in) :: number              !! of the front
       type(history_t), intent(inout) :: history
-      integer :: first, last
+      real(dp), dimension(size(growing%points)) :: speeds, off
+      integer :: first, last, k
       last = sum([(size(fronts(first)%arc), first=1, number)])
       first = last - size(fronts(number)%arc) + 1
       if (.not. growing%points(first)%grows) return
       call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', &
                           cracks%regions(fronts(number)%domain%front%crack)%cracked_area())
       call history%record_along_front('extension', 'm', 'way that the front has grown there', growing%points(first:last)%extension)
-      if (growing%is_cyclic) return
+      if (growing%driver == by_cycles) return
       call history%record_along_front('toughness', 'J/m2', 'energy release rate at which the front grows there', &
                                       next(first:last)%toughness)
+      if (growing%driver /= by_time) return
+      associate (fatigue => growing%fatigue, front => fronts(number))
+         speeds = rates_of(fatigue, model, fatigue%at, 1)
+         off = way_error(fatigue, [(k, k=1, size(off))], speeds)
+         call history%record_along_front('speed', 'm/s', 'speed at which the front grows there', speeds(first:last))
+         call history%record('crack_area_error', 'm2', 'estimated error of crack_area at this time, by this front', &
+                             front%domain%front%length*sum(parts_of(front)*off(first:last)))
+         call history%record_along_front('extension_error', 'm', 'estimated error of extension', off(first:last))
+         off = errors_of_rates(fatigue, model)
+         call history%record_along_front('speed_error', 'm/s', 'estimated error of speed', off(first:last))
+      end associate
    end subroutine record_points
 end module hampm_static_front_growth

@@ -1,5 +1,5 @@
 !> Static crack growth by increments: in each load step tips advance; then scaled loads and prescribed motions make the largest G
-!> over toughness 1 (`hampm_load_search`), or follow load cycles (`hampm_fatigue`). Their proportions stay fixed.
+!> over toughness 1 (`hampm_load_search`), or follow load cycles or time (`hampm_fatigue`).
 module hampm_static_growth
    use hampm_kinds, only: dp, ndim
    use hampm_crack_values, only: crack_values_t
@@ -21,7 +21,7 @@ module hampm_static_growth
    use hampm_text, only: three_digits, length_text
    implicit none
    private
-   public :: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, has_held_drive, &
+   public :: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, has_held_drive, loads_change, &
              has_scaled_drive, book_work, measure_load_frame
 
 
@@ -59,7 +59,7 @@ contains
             end associate
          end associate
       end do
-      if (growing%is_cyclic) wanted = advances_of(growing%fatigue, model, [(growing%is_growing(k), k=1, size(values))], least)
+      if (growing%has_rates) wanted = advances_of(growing%fatigue, model, [(growing%is_growing(k), k=1, size(values))], least)
       do
          have_stopped = count(growing%points%has_stopped .and. .not. growing%points%advance > 0)
          do k = 1, size(values)
@@ -293,6 +293,17 @@ contains
                             abs(m%loads(k)%history%factor(m%state%time)) > 0
       end do
    end function has_scaled_drive
+
+   !> Whether loads or prescribed motions at a time are not those at another.
+   pure logical function loads_change(m, first, last)
+      type(problem_t), intent(in) :: m
+      real(dp), intent(in) :: first, last        !! [s]
+      integer :: k
+      loads_change = any(abs(m%constraints%ways_at(last) - m%constraints%ways_at(first)) > 0)
+      do k = 1, size(m%loads)
+         loads_change = loads_change .or. abs(m%loads(k)%history%factor(last) - m%loads(k)%history%factor(first)) > 0
+      end do
+   end function loads_change
 
    !> Add the work of a load step, on a path on which tips and loads change together.
    subroutine book_work(growing, m, failure)

@@ -59,7 +59,10 @@ contains
                       set == 'growth laws at rest' .and. of%is_static .or. &
                       set == 'growth laws in motion' .and. .not. of%is_static .or. &
                       set == 'growth laws in motion by toughness' .and. .not. (of%gives_speed() .or. of%is_static) .or. &
-                      set == 'growth laws at rest by toughness' .and. of%is_static .and. .not. of%is_cyclic() .or. &
+                      set == 'growth laws at rest by toughness' .and. of%is_static .and. .not. of%has_rate() .or. &
+                      set == 'growth laws that scale loads' .and. of%scales_loads() .or. &
+                      set == 'growth laws by a rate' .and. of%has_rate() .or. &
+                      set == 'growth laws in time' .and. of%is_in_time .or. &
                       set == 'growth laws in cycles' .and. of%is_cyclic() .or. &
                       set == 'growth laws by speed' .and. of%gives_speed())
          end associate

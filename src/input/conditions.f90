@@ -156,13 +156,14 @@ contains
          has = has_shapes(model) .and. ndim == plane
        case (growth_by_laws_of_both_kinds)
          has = any(model%growth%law%is_static) .and. .not. all(model%growth%law%is_static) .or. &
-               any(model%growth%law%is_cyclic()) .and. .not. all(model%growth%law%is_cyclic())
+               any(model%growth%law%is_cyclic()) .and. .not. all(model%growth%law%is_cyclic()) .or. &
+               any(model%growth%law%is_in_time) .and. .not. all(model%growth%law%is_in_time)
        case (something_that_growth_scales)
          has = has_scaled_forces(model) .or. has_scaled_motions(model) .or. .not. all(model%bodies%held)
        case (growth_scales_forces_beside_motions)
          has = has_scaled_forces(model) .and. has_scaled_motions(model)
        case (a_load_that_is_recorded)
-         has = any(model%growth%law%is_static .and. .not. model%growth%law%is_cyclic()) .or. size(model%nucleations) > 0 .or. &
+         has = any(model%growth%law%is_static .and. .not. model%growth%law%has_rate()) .or. size(model%nucleations) > 0 .or. &
                any(model%constraints%name /= '')
        case (a_body_of_it)
          has = any(model%materials%name == settings%text(entry, 'name'))

@@ -36,6 +36,7 @@ module hampm_crack_groups
       procedure :: toughness_at
       procedure :: speed_at
       procedure :: rate_at
+      procedure :: largest_part
       procedure :: yield_stress
       procedure :: turns
    end type growth_t
@@ -113,15 +114,52 @@ contains
       if (self%law%gives_speed()) speed_at = self%law%speed(self%constants, time)
    end function speed_at
 
-   !> Way in a load cycle [m].
+   !> Way in a load cycle [m], or in a second [m/s]: by the toughness the least speed at which that is G.
    pure real(dp) function rate_at(self, range, ratio, part)
       class(growth_t), intent(in) :: self
-      real(dp), intent(in) :: range              !! of K [Pa sqrt(m)]
+      real(dp), intent(in) :: range              !! of K, in time K [Pa sqrt(m)]
       real(dp), intent(in) :: ratio              !! least over largest K [-]
       real(dp), intent(in) :: part               !! largest K over K_c [-]
+      real(dp) :: high
+      integer :: i
       rate_at = 0
-      if (self%law%is_cyclic()) rate_at = self%law%rate(self%constants, trim(self%rate), range, ratio, part)
+      if (.not. self%law%has_rate()) return
+      if (.not. self%factors%of_speed%is_there()) then
+         rate_at = self%law%rate(self%constants, trim(self%rate), range, ratio, part)
+      else if (part > 1) then
+         high = value_of(self%constants, 'limit_speed', 0.0_dp)
+         if (.not. high > 0) high = self%factors%of_speed%x(size(self%factors%of_speed%x))
+         do i = 1, digits(high)
+            associate (middle => (rate_at + high)/2)
+               if (times_at_rest(self, middle) < part**2) then
+                  rate_at = middle
+               else
+                  high = middle
+               end if
+            end associate
+         end do
+      end if
    end function rate_at
+
+   !> Largest K over K_c at which a tip grows by a rate: where it reaches that it breaks [-].
+   pure real(dp) function largest_part(self)
+      class(growth_t), intent(in) :: self
+      largest_part = 1
+      if (.not. (self%law%is_in_time .and. self%rate == 'toughness')) return
+      largest_part = huge(largest_part)
+      if (value_of(self%constants, 'limit_speed', 0.0_dp) > 0) return
+      associate (speeds => self%factors%of_speed%x)
+         largest_part = sqrt(times_at_rest(self, speeds(size(speeds))))
+      end associate
+   end function largest_part
+
+   !> Toughness at a speed over that at rest [-].
+   pure real(dp) function times_at_rest(self, speed) result(times)
+      class(growth_t), intent(in) :: self
+      real(dp), intent(in) :: speed              !! [m/s]
+      times = self%law%toughness(self%constants, speed, 0.0_dp)*self%factors%of_speed%at(speed) &
+              /(self%law%toughness(self%constants, 0.0_dp, 0.0_dp)*self%factors%of_speed%at(0.0_dp))
+   end function times_at_rest
 
    !> Yield stress for the zones of overloads; 0 where they do not count [Pa].
    pure real(dp) function yield_stress(self)

@@ -156,6 +156,12 @@ contains
          call check_table(settings, entry, 'extensions', 'extension_factors', huge(1.0_dp))
          call check_table(settings, entry, 'speeds', 'speed_factors', huge(1.0_dp))
          call check_table(settings, entry, 'angles', 'angle_factors', 180.0_dp)
+         if (growth%law%is_in_time .and. growth%factors%of_speed%is_there()) then
+            associate (factor => growth%factors%of_speed%factor)
+               if (any(factor(2:) <= factor(:size(factor) - 1))) call settings%complain(entry, 'speed_factors', &
+                  'must ascend at rest: a crack whose toughness falls with its speed runs away')
+            end associate
+         end if
          if (.not. has_bodies .or. ndim > 2) return
          if (size(model%paths(growth%path)%points, 2) < 2) return ! reported already
          if (.not. any(path_tips(model, growth%path))) &

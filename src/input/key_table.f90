@@ -372,28 +372,30 @@ module hampm_key_table
 
    type(key_t), parameter :: growth_keys(*) = [ &
       key_t('crack', type_name, 'name of the crack; may be left out where there is one crack', example='a'), &
-      key_t('law', type_name, 'at rest by increments, under loads that are scaled or in load cycles; in motion, at a '// &
-         'speed or by the toughness', default='quasi_static', allowed='{growth laws}'), &
+      key_t('law', type_name, 'at rest by increments, under loads that are scaled, in load cycles or in time; in motion, '// &
+         'at a speed or by the toughness', default='quasi_static', allowed='{growth laws}'), &
       key_t('direction', type_name, 'where tips go to; path: along points', default='hoop_stress', &
          allowed='straight|hoop_stress|local_symmetry|max_energy|path'), &
       key_t('points', type_real, 'of direction = path: x, y of each point, in the order in which the tip comes to them', &
          unit='m', allowed='(-inf, inf)', fewest=0, most=max_values), &
       key_t('toughness', type_real, &
-         'energy release rate at which the crack grows by quasi_static and toughness; by fatigue: at'//' which it breaks', &
-         default='0.0', example='100.0', unit='J/m2', allowed='[0, inf)', lowest=0.0_dp, also='gc|g_c|gic|g_ic'), &
-      key_t('limit_speed', type_real, &
-         'of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it '//'is constant', &
-         default='0.0', unit='m/s', allowed='[0, inf)', lowest=0.0_dp), &
+         'energy release rate at which the crack grows by quasi_static and toughness; by fatigue and'// &
+         ' rate = charles: at which it breaks', default='0.0', example='100.0', unit='J/m2', allowed='[0, inf)', lowest=0.0_dp, &
+         also='gc|g_c|gic|g_ic'), &
+      key_t('limit_speed', type_real, 'of law = toughness and rate = toughness, which at speed v is toughness/(1 - '// &
+         '(v/limit_speed)**exponent); 0: it is constant', default='0.0', unit='m/s', allowed='[0, inf)', lowest=0.0_dp), &
       key_t('exponent', type_real, 'of that', default='1.0', allowed='(0, inf)', lowest=0.0_dp, above=.true.), &
-      key_t('speed', type_real, 'of law = prescribed', default='0.0', unit='m/s', allowed='[0, inf)', lowest=0.0_dp), &
+      key_t('speed', type_real, 'of law = prescribed; of rate = charles at K_c: speed (K/K_c)**rate_exponent', default='0.0', &
+         unit='m/s', allowed='[0, inf)', lowest=0.0_dp), &
       key_t('rate_constant', type_real, &
          'of law = fatigue: C of its rate, m/cycle where the range of K is 1 Pa sqrt(m); of forman '//'times 1 Pa sqrt(m)', &
          default='0.0', unit='m/(Pa m^0.5)^m', allowed='[0, inf)', lowest=0.0_dp), &
-      key_t('rate_exponent', type_real, 'of law = fatigue: m of its rate', default='0.0', allowed='[0, inf)', lowest=0.0_dp), &
+      key_t('rate_exponent', type_real, 'of law = fatigue: m of its rate; of charles n', default='0.0', allowed='[0, inf)', &
+         lowest=0.0_dp), &
       key_t('walker_exponent', type_real, &
          'of rate = walker: the range of K counts as divided by (1 - R)**(1 - walker_exponent)', default='1.0', &
          allowed='[0, inf)', lowest=0.0_dp), &
-      key_t('threshold', type_real, 'of law = fatigue: range of K up to which a tip does not grow', default='0.0', &
+      key_t('threshold', type_real, 'of law = fatigue: range of K up to which a tip does not grow; of charles K', default='0.0', &
          unit='Pa m^0.5', allowed='[0, inf)', lowest=0.0_dp), &
       key_t('wheeler_exponent', type_real, &
          'of law = fatigue: by which growth is slow within the plastic zone of an overload; 0: it is'//' not', default='0.0', &
@@ -404,8 +406,8 @@ module hampm_key_table
          allowed='[0, inf)', lowest=0.0_dp, fewest=0, most=max_values), &
       key_t('extension_factors', type_real, 'by which the toughness is multiplied there', example='1.0, 2.5', &
          allowed='(0, inf)', lowest=0.0_dp, above=.true., fewest=0, most=max_values), &
-      key_t('speeds', type_real, 'of the tip, in motion, ascending', example='0.0, 500.0', unit='m/s', allowed='[0, inf)', &
-         lowest=0.0_dp, fewest=0, most=max_values), &
+      key_t('speeds', type_real, 'of the tip, in motion and by rate = toughness, ascending', example='0.0, 500.0', unit='m/s', &
+         allowed='[0, inf)', lowest=0.0_dp, fewest=0, most=max_values), &
       key_t('speed_factors', type_real, 'by which the toughness is multiplied there', example='1.0, 3.0', allowed='(0, inf)', &
          lowest=0.0_dp, above=.true., fewest=0, most=max_values), &
       key_t('angles', type_real, 'from x to the left to the direction in which a tip goes, ascending; they repeat after 180', &
@@ -421,8 +423,8 @@ module hampm_key_table
          allowed='[0, inf)', lowest=0.0_dp), &
       key_t('mixed_mode_exponent', type_real, 'of benzeggagh_kenane: eta', default='1.0', allowed='[0.1, 100]', lowest=0.1_dp, &
          highest=100.0_dp), &
-      key_t('rate', type_name, 'of law = fatigue: whose law the way in a load cycle follows', default='paris', &
-         allowed='paris|walker|forman'), &
+      key_t('rate', type_name, 'of law = fatigue: whose law the way in a load cycle follows; of subcritical: charles, or '// &
+         'the speed at which the toughness is G', default='paris', allowed='paris|walker|forman|charles|toughness'), &
       key_t('start', type_real, 'from when on this &growth applies, in motion', default='0.0', unit='s', allowed='[0, inf)', &
          lowest=0.0_dp), &
       key_t('end', type_real, 'until when; 0: to the end of the run', default='0.0', unit='s', allowed='[0, inf)', &

@@ -32,7 +32,7 @@ contains
             else
                materials(n + s) = material_of(model, model%bodies(k)%material_index)
                call materials(n + s)%give_eigenstrain(model%bodies(k)%eigenstrain, &
-                                                      .not. model%bodies(k)%held .and. any(model%growth%law%is_static))
+                                                      .not. model%bodies(k)%held .and. any(model%growth%law%scales_loads()))
             end if
          end do
          n = n + own_materials(model, k)

@@ -63,9 +63,9 @@ module hampm_rule_table
       '{growth laws in motion}', 'orthotropic', 'hoop_stress', 'local_symmetry', 'max_energy', 'straight', 'rectangle', &
       'polygon', 'circle', 'cylinder', 'sphere', 'circle', 'cylinder', 'sphere', 'rectangle', 'cylinder', 'rectangle', &
       'cylinder', 'polygon', 'circle', 'sphere', 'circle', 'cylinder', 'sphere', 'stick', 'frictionless', 'friction', &
-      'static', 'static', 'static', 'symmetry', 'dcb', '{growth laws at rest}', '{laws of any strain}', 'axisymmetric', &
-      'dcb', 'stress', 'ramp', 'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', &
-      'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp']
+      'static', 'static', 'static', 'symmetry', 'dcb', '{growth laws that scale loads}', '{laws of any strain}', &
+      'axisymmetric', 'dcb', 'stress', 'ramp', 'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', &
+      'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp']
 
    character(name_len), parameter :: values_2(*) = [character(name_len) :: 'sine', 'table', 'table', 'ramp', 'smooth_ramp', &
       'sine', 'table', 'step', 'explicit', 'implicit', 'modal', 'undeformed', 'step', 'explicit', 'implicit', 'modal', &
@@ -104,23 +104,26 @@ module hampm_rule_table
       '{growth laws at rest}', 'linear', 'bilinear', 'bilinear', 'table', 'linear', 'bilinear', 'linear', 'bilinear', &
       'bilinear', 'table', 'table', 'domain_integral', 'symmetry', '{growth laws at rest}', '{growth laws at rest}', &
       'static', '{growth laws in motion}', 'explicit', 'implicit', '{growth laws at rest by toughness}', &
-      '{growth laws in cycles}', '{growth laws in cycles}', 'walker', 'forman', '{growth laws in cycles}', 'walker', &
-      'forman', 'largest', '{growth laws in cycles}', 'all', '{growth laws in cycles}', 'ramp', 'smooth_ramp', 'sine', &
-      'table', '{growth laws in cycles}', '{growth laws in cycles}', 'ramp', 'smooth_ramp', 'sine', 'table', &
-      '{growth laws in cycles}', '{growth laws in cycles}', '{growth laws in cycles}', 'load', 'displacement', &
-      '{growth laws in cycles}', 'growth', '{growth laws at rest}', '{growth laws at rest}', '{growth laws at rest}', &
-      '{growth laws at rest}', '{growth laws at rest}', 'displacement', 'displacement', 'growth', 'growth', 'ramp', &
-      'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'crack', 'prescribed', &
-      '{growth laws in motion by toughness}', '{growth laws by speed}', 'prescribed', 'fatigue', 'fatigue', 'walker', &
-      'fatigue', 'fatigue', 'fatigue', '{growth laws at rest}', '{growth laws in motion by toughness}', &
-      '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}', &
-      '{growth laws in motion by toughness}', 'symmetry', 'hutchinson_suo', 'benzeggagh_kenane', 'benzeggagh_kenane', &
-      'benzeggagh_kenane', '{growth laws at rest}', '{growth laws at rest}', 'path', 'path', 'path', '{growth laws at rest}', &
-      'hoop_stress', 'local_symmetry']
+      '{growth laws in cycles}', '{growth laws in cycles}', 'walker', 'forman', '{growth laws in cycles}', &
+      '{growth laws in time}', '{growth laws in time}', 'charles', 'toughness', 'charles', 'toughness', &
+      '{growth laws in time}', 'charles', 'toughness', 'toughness', 'quasi_static', 'toughness', 'toughness', &
+      '{growth laws in time}', 'walker', 'forman', 'largest', '{growth laws by a rate}', 'all', '{growth laws in cycles}', &
+      'ramp', 'smooth_ramp', 'sine', 'table', '{growth laws in cycles}', '{growth laws in cycles}', 'ramp', 'smooth_ramp', &
+      'sine', 'table', '{growth laws in cycles}', '{growth laws in cycles}', '{growth laws in cycles}', 'load', &
+      'displacement', '{growth laws in cycles}', 'growth', '{growth laws that scale loads}', &
+      '{growth laws that scale loads}', '{growth laws that scale loads}', '{growth laws that scale loads}', &
+      '{growth laws that scale loads}', 'displacement', 'displacement', 'growth', 'growth', 'ramp', 'smooth_ramp', 'sine', &
+      'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'crack', 'prescribed', '{growth laws in motion by toughness}', &
+      '{growth laws by speed}', 'prescribed', 'charles', 'fatigue', '{growth laws by a rate}', 'walker', &
+      '{growth laws by a rate}', 'fatigue', 'fatigue', '{growth laws at rest}', '{growth laws in motion by toughness}', &
+      'toughness', '{growth laws by speed}', '{growth laws by speed}']
 
-   character(name_len), parameter :: values_4(*) = [character(name_len) :: 'max_energy', 'path', 'symmetry', 'straight', &
-      'last', 'first', '{growth laws at rest}', 'largest', 'largest', '{growth laws at rest}', 'all', 'first', 'symmetry', &
-      'largest', 'last', 'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', &
+   character(name_len), parameter :: values_4(*) = [character(name_len) :: '{growth laws by speed}', &
+      '{growth laws by speed}', '{growth laws in motion by toughness}', 'toughness', 'symmetry', 'hutchinson_suo', &
+      'benzeggagh_kenane', 'benzeggagh_kenane', 'benzeggagh_kenane', '{growth laws at rest}', '{growth laws at rest}', &
+      'path', 'path', 'path', '{growth laws at rest}', 'hoop_stress', 'local_symmetry', 'max_energy', 'path', 'symmetry', &
+      'straight', 'last', 'first', '{growth laws at rest}', 'largest', 'largest', '{growth laws at rest}', 'all', 'first', &
+      'symmetry', 'largest', 'last', 'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', &
       '{laws of any strain}', 'linear_elastic', 'orthotropic', '{laws with a history}', 'linear_elastic', 'orthotropic', &
       '{estimators}', '{estimators at nodes}', 'domain_integral', '{estimators at nodes}', 'symmetry', 'domain_integral', &
       '{estimators at nodes}', 'domain_integral', '{estimators of elastic material}', '{laws with a history}', &
@@ -1016,305 +1019,330 @@ module hampm_rule_table
       atom_t(1, is_named, 0, 0, 527, 526, 0.0_dp, something_that_growth_scales), &
       atom_t(0, is_one_of, 13, 25, 527, 528, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 529, 529, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 530, 530, 0.0_dp), &
-      atom_t(1, is_set, 13, 11, 531, 530, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 531, 531, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 532, 531, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 532, 531, 0.0_dp), &
-      atom_t(1, is_above, 13, 14, 532, 531, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 532, 531, 0.0_dp), &
-      atom_t(1, is_above, 13, 13, 532, 531, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 532, 532, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 533, 533, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 534, 534, 0.0_dp), &
-      atom_t(0, is_present, 16, 0, 535, 534, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 535, 535, 0.0_dp), &
-      atom_t(0, is_set, 16, 3, 536, 535, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 536, 535, 0.0_dp), &
-      atom_t(0, is_set, 16, 4, 536, 535, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 536, 535, 0.0_dp), &
-      atom_t(0, is_set, 16, 5, 536, 535, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 536, 535, 0.0_dp), &
-      atom_t(0, is_set, 16, 1, 536, 535, 0.0_dp), &
-      atom_t(1, is_set, 16, 4, 536, 535, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 536, 539, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 540, 539, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 530, 530, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 531, 530, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 531, 531, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 532, 533, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 534, 535, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 536, 536, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 537, 537, 0.0_dp), &
+      atom_t(1, is_above, 13, 8, 538, 537, 0.0_dp), &
+      atom_t(1, is_above, 13, 10, 538, 537, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 538, 537, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 538, 538, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 539, 538, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 539, 539, 0.0_dp), &
+      atom_t(1, is_above, 13, 6, 540, 539, 0.0_dp), &
+      atom_t(2, is_set, 13, 17, 540, 539, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 540, 540, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 541, 540, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 541, 540, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 541, 541, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 542, 545, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 546, 545, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 546, 546, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 547, 546, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 547, 546, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 541, 540, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 541, 541, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 542, 541, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 542, 542, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 543, 542, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 543, 543, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 544, 544, 0.0_dp), &
+      atom_t(1, is_set, 13, 11, 545, 544, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 545, 545, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 546, 545, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 546, 545, 0.0_dp), &
+      atom_t(1, is_above, 13, 14, 546, 545, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 546, 545, 0.0_dp), &
+      atom_t(1, is_above, 13, 13, 546, 545, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 546, 546, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 547, 547, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 548, 547, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 548, 547, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 548, 548, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 549, 550, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 551, 551, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 552, 552, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 553, 552, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 553, 553, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 554, 553, 0.0_dp), &
-      atom_t(0, is_set, 6, 17, 554, 553, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 548, 548, 0.0_dp), &
+      atom_t(0, is_present, 16, 0, 549, 548, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 549, 549, 0.0_dp), &
+      atom_t(0, is_set, 16, 3, 550, 549, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 550, 549, 0.0_dp), &
+      atom_t(0, is_set, 16, 4, 550, 549, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 550, 549, 0.0_dp), &
+      atom_t(0, is_set, 16, 5, 550, 549, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 550, 549, 0.0_dp), &
+      atom_t(0, is_set, 16, 1, 550, 549, 0.0_dp), &
+      atom_t(1, is_set, 16, 4, 550, 549, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 550, 553, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 554, 553, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 554, 554, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 555, 554, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 555, 554, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 555, 555, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 556, 555, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_set, 6, 17, 556, 555, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 556, 556, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 557, 556, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 15, 0, 557, 556, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 557, 557, 0.0_dp), &
-      atom_t(0, is_set, 15, 2, 558, 557, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 558, 558, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 559, 559, 0.0_dp), &
-      atom_t(1, is_set, 15, 2, 560, 559, 0.0_dp), &
-      atom_t(0, is_set, 15, 4, 560, 559, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 560, 560, 0.0_dp), &
-      atom_t(0, is_set, 15, 5, 561, 560, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 561, 561, 0.0_dp), &
-      atom_t(0, is_present, 15, 0, 562, 561, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 562, 561, 0.0_dp, growth_scales_forces_beside_motions), &
+      atom_t(0, is_set, 5, 7, 555, 554, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 555, 554, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 555, 555, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 556, 559, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 560, 559, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 560, 560, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 561, 560, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 561, 560, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 561, 561, 0.0_dp), &
       atom_t(0, is_set, 5, 5, 562, 561, 0.0_dp), &
       atom_t(0, is_one_of, 5, 12, 562, 561, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 562, 561, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 562, 565, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 566, 565, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 566, 565, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 566, 565, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 566, 565, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 566, 565, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 566, 569, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 570, 569, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 570, 569, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 570, 569, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 570, 569, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 570, 569, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 570, 570, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 571, 570, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 571, 570, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 571, 571, 0.0_dp), &
-      atom_t(1, is_above, 13, 8, 572, 571, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 572, 572, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 573, 572, 0.0_dp), &
-      atom_t(0, is_set, 13, 5, 573, 572, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 573, 573, 0.0_dp), &
-      atom_t(0, is_set, 13, 8, 574, 573, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 574, 574, 0.0_dp), &
-      atom_t(0, is_set, 13, 9, 575, 574, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 575, 575, 0.0_dp), &
-      atom_t(0, is_set, 13, 10, 576, 575, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 576, 576, 0.0_dp), &
-      atom_t(0, is_set, 13, 11, 577, 576, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 577, 577, 0.0_dp), &
-      atom_t(0, is_set, 13, 12, 578, 577, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 578, 578, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 579, 578, 0.0_dp)]
+      atom_t(1, is_one_of, 13, 2, 562, 562, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 563, 564, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 565, 565, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 566, 566, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 567, 566, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 567, 567, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 568, 567, 0.0_dp), &
+      atom_t(0, is_set, 6, 17, 568, 567, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 568, 568, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 569, 568, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 569, 568, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 569, 569, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 570, 569, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_set, 6, 17, 570, 569, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 570, 570, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 571, 570, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_present, 15, 0, 571, 570, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 571, 571, 0.0_dp), &
+      atom_t(0, is_set, 15, 2, 572, 571, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 572, 572, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 573, 573, 0.0_dp), &
+      atom_t(1, is_set, 15, 2, 574, 573, 0.0_dp), &
+      atom_t(0, is_set, 15, 4, 574, 573, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 574, 574, 0.0_dp), &
+      atom_t(0, is_set, 15, 5, 575, 574, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 575, 575, 0.0_dp), &
+      atom_t(0, is_present, 15, 0, 576, 575, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 576, 575, 0.0_dp, growth_scales_forces_beside_motions), &
+      atom_t(0, is_set, 5, 5, 576, 575, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 576, 575, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 576, 575, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 576, 579, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 580, 579, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 580, 579, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 580, 579, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 580, 579, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 580, 579, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 580, 583, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 584, 583, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 584, 583, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 584, 583, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_9(*) = [ &
-      atom_t(1, is_one_of, 13, 2, 579, 579, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 580, 579, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 580, 580, 0.0_dp), &
-      atom_t(0, is_set, 13, 28, 581, 580, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 581, 581, 0.0_dp), &
-      atom_t(0, is_set, 13, 6, 582, 581, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 582, 582, 0.0_dp), &
-      atom_t(0, is_set, 13, 7, 583, 582, 0.0_dp), &
-      atom_t(1, is_above, 13, 6, 583, 582, 0.0_dp), &
-      atom_t(0, is_set, 13, 15, 583, 582, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 583, 583, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 584, 583, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 584, 584, 0.0_dp), &
-      atom_t(0, is_set, 13, 19, 585, 584, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 585, 585, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 586, 585, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 586, 586, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 587, 586, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 584, 583, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 584, 583, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 584, 584, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 585, 584, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 585, 584, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 585, 585, 0.0_dp), &
+      atom_t(1, is_above, 13, 8, 586, 585, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 586, 586, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 587, 586, 0.0_dp), &
+      atom_t(0, is_set, 13, 5, 587, 586, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 587, 587, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 588, 587, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 588, 588, 0.0_dp), &
-      atom_t(0, is_set, 13, 22, 589, 588, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 589, 589, 0.0_dp), &
-      atom_t(0, is_set, 13, 23, 590, 589, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 590, 590, 0.0_dp), &
-      atom_t(0, is_set, 13, 24, 591, 590, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 591, 591, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 21, 592, 592, 0.0_dp), &
-      atom_t(1, is_above, 13, 23, 593, 592, 0.0_dp), &
-      atom_t(0, is_set, 4, 14, 593, 592, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 593, 592, 0.0_dp), &
-      atom_t(0, is_set, 13, 26, 593, 592, 0.0_dp), &
+      atom_t(0, is_set, 13, 8, 588, 587, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 588, 588, 0.0_dp), &
+      atom_t(2, is_one_of, 13, 25, 589, 589, 0.0_dp), &
+      atom_t(0, is_set, 13, 9, 590, 589, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 590, 590, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 591, 590, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 591, 591, 0.0_dp), &
+      atom_t(0, is_set, 13, 11, 592, 591, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 592, 592, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 593, 592, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 593, 593, 0.0_dp), &
-      atom_t(0, is_set, 13, 27, 594, 593, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 594, 593, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 594, 594, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 595, 595, 0.0_dp), &
-      atom_t(1, is_set, 13, 4, 596, 595, 0.0_dp), &
-      atom_t(0, is_set, 13, 4, 596, 595, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 596, 596, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 597, 597, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 598, 598, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 599, 602, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 603, 603, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 604, 604, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 605, 606, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 607, 607, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 608, 608, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 609, 609, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 595, 594, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 595, 595, 0.0_dp), &
+      atom_t(0, is_set, 13, 28, 596, 595, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 596, 596, 0.0_dp), &
+      atom_t(0, is_set, 13, 6, 597, 596, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 597, 597, 0.0_dp), &
+      atom_t(2, is_one_of, 13, 25, 598, 598, 0.0_dp), &
+      atom_t(0, is_set, 13, 7, 599, 598, 0.0_dp), &
+      atom_t(1, is_above, 13, 6, 599, 598, 0.0_dp), &
+      atom_t(0, is_set, 13, 15, 599, 598, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 599, 599, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 600, 599, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 600, 600, 0.0_dp), &
+      atom_t(0, is_set, 13, 19, 601, 600, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 601, 601, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 602, 601, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 602, 602, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 603, 602, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 603, 603, 0.0_dp), &
+      atom_t(2, is_one_of, 13, 25, 604, 604, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 605, 604, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 605, 605, 0.0_dp), &
+      atom_t(0, is_set, 13, 22, 606, 605, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 606, 606, 0.0_dp), &
+      atom_t(0, is_set, 13, 23, 607, 606, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 607, 607, 0.0_dp), &
+      atom_t(0, is_set, 13, 24, 608, 607, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 608, 608, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 21, 609, 609, 0.0_dp), &
+      atom_t(1, is_above, 13, 23, 610, 609, 0.0_dp), &
+      atom_t(0, is_set, 4, 14, 610, 609, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 610, 609, 0.0_dp), &
+      atom_t(0, is_set, 13, 26, 610, 609, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 610, 610, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 611, 611, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 612, 612, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 613, 613, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 614, 615, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 616, 616, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 617, 616, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 617, 616, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 617, 616, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 617, 616, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 14, 1, 617, 616, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 617, 616, 0.0_dp), &
-      atom_t(1, is_above, 14, 2, 617, 616, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 617, 616, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 617, 617, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 618, 617, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 618, 617, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 14, 0, 618, 617, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 618, 618, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 619, 618, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 619, 618, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 619, 618, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 619, 618, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 619, 618, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 619, 619, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 620, 619, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 620, 621, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 622, 622, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 623, 622, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 623, 622, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 623, 622, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 623, 622, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 623, 623, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 624, 625, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 626, 625, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 626, 626, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 627, 628, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 629, 629, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 630, 629, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 630, 630, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 631, 630, 0.0_dp, tips_at_no_nodes), &
-      atom_t(1, is_one_of, 17, 1, 631, 631, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 632, 632, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 633, 632, 0.0_dp), &
+      atom_t(0, is_set, 13, 27, 611, 610, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 611, 611, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 612, 612, 0.0_dp), &
+      atom_t(1, is_set, 13, 4, 613, 612, 0.0_dp), &
+      atom_t(0, is_set, 13, 4, 613, 612, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 613, 613, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 614, 614, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 615, 615, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 616, 619, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 620, 620, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 621, 621, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 622, 623, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 624, 624, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 625, 625, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 626, 626, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 627, 627, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 628, 628, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 629, 629, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 630, 630, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 631, 632, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 633, 633, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 634, 633, 0.0_dp, a_plane), &
-      atom_t(1, is_one_of, 17, 1, 634, 634, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 635, 635, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 634, 633, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 634, 633, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 14, 1, 634, 633, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
+      atom_t(1, is_above, 14, 2, 634, 633, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 634, 634, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 635, 634, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 635, 634, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_present, 14, 0, 635, 634, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 635, 635, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 636, 635, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 636, 635, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 636, 635, 0.0_dp), &
       atom_t(1, is_present, 12, 0, 636, 635, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 636, 636, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 637, 637, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 638, 638, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 639, 639, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 640, 640, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 641, 641, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 642, 642, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 643, 643, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 644, 644, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 645, 645, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 636, 635, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 636, 636, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 637, 638, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 639, 639, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 640, 639, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 640, 639, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 640, 639, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 640, 639, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 640, 640, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 641, 642, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 643, 642, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 643, 643, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 644, 645, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 646, 646, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 647, 648, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 649, 649, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 650, 650, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 651, 651, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 652, 652, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 653, 653, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 654, 655, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 656, 656, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 657, 657, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 658, 657, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 658, 658, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 659, 659, 0.0_dp)]
+      atom_t(1, is_present, 11, 0, 647, 646, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 647, 647, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 648, 647, 0.0_dp, tips_at_no_nodes), &
+      atom_t(1, is_one_of, 17, 1, 648, 648, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 649, 649, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 650, 649, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 650, 650, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 651, 650, 0.0_dp, a_plane), &
+      atom_t(1, is_one_of, 17, 1, 651, 651, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_10(*) = [ &
-      atom_t(1, is_present, 13, 0, 660, 659, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 660, 660, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 661, 661, 0.0_dp), &
-      atom_t(1, is_present, 14, 0, 662, 661, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 652, 652, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 653, 652, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 653, 653, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 654, 654, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 655, 655, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 656, 656, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 657, 657, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 658, 658, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 659, 659, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 660, 660, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 661, 661, 0.0_dp), &
       atom_t(1, is_one_of, 17, 1, 662, 662, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 663, 663, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 664, 664, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 665, 665, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 666, 666, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 667, 666, 1.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 667, 667, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 668, 667, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 668, 668, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 669, 668, 1.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 669, 669, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 670, 669, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 670, 670, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 671, 670, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 671, 671, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 672, 671, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 672, 672, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 673, 672, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 673, 673, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 674, 673, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 674, 675, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 676, 675, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 676, 676, 0.0_dp), &
-      atom_t(0, is_set, 17, 3, 677, 676, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 664, 665, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 666, 666, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 667, 667, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 668, 668, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 669, 669, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 670, 670, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 671, 672, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 673, 673, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 674, 674, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 675, 674, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 675, 675, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 676, 676, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 677, 676, 0.0_dp), &
       atom_t(1, is_one_of, 17, 1, 677, 677, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 678, 678, 0.0_dp), &
-      atom_t(1, is_above, 17, 7, 679, 678, 0.0_dp), &
-      atom_t(0, is_set, 17, 7, 679, 678, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 679, 679, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 680, 680, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 681, 683, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 684, 684, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 685, 685, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 686, 685, 0.0_dp, several_bodies), &
-      atom_t(0, is_one_of, 17, 6, 686, 686, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 687, 687, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 688, 688, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 689, 690, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 691, 691, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 692, 691, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 692, 692, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 693, 692, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 693, 693, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 694, 693, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 694, 694, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 695, 694, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 695, 695, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 696, 695, 0.0_dp), &
-      atom_t(0, is_set, 18, 3, 696, 695, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 696, 699, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 700, 700, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 701, 701, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 4, 702, 703, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 704, 703, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 704, 705, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 706, 705, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 706, 707, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 708, 707, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 18, 5, 708, 707, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 708, 708, 0.0_dp), &
-      atom_t(1, is_set, 18, 5, 709, 708, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 678, 678, 0.0_dp), &
+      atom_t(1, is_present, 14, 0, 679, 678, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 679, 679, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 680, 680, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 681, 681, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 682, 682, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 683, 683, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 684, 683, 1.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 684, 684, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 685, 684, 1.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 685, 685, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 686, 685, 1.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 686, 686, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 687, 686, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 687, 687, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 688, 687, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 688, 688, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 689, 688, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 689, 689, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 690, 689, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 690, 690, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 691, 690, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 691, 692, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 693, 692, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 693, 693, 0.0_dp), &
+      atom_t(0, is_set, 17, 3, 694, 693, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 694, 694, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 695, 695, 0.0_dp), &
+      atom_t(1, is_above, 17, 7, 696, 695, 0.0_dp), &
+      atom_t(0, is_set, 17, 7, 696, 695, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 696, 696, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 697, 697, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 698, 700, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 701, 701, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 702, 702, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 703, 702, 0.0_dp, several_bodies), &
+      atom_t(0, is_one_of, 17, 6, 703, 703, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 704, 704, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 705, 705, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 706, 707, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 708, 708, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 709, 708, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 709, 709, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 710, 711, 0.0_dp), &
-      atom_t(0, is_set, 18, 5, 712, 711, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 712, 714, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 715, 715, 0.0_dp), &
-      atom_t(1, is_above, 18, 7, 716, 715, 0.0_dp), &
-      atom_t(0, is_set, 18, 7, 716, 715, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 716, 716, 0.0_dp), &
-      atom_t(0, is_set, 6, 18, 717, 716, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 717, 717, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 6, 718, 718, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 719, 719, 0.0_dp)]
+      atom_t(1, is_set, 18, 3, 710, 709, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 710, 710, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 711, 710, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 711, 711, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 712, 711, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 712, 712, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 713, 712, 0.0_dp), &
+      atom_t(0, is_set, 18, 3, 713, 712, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 713, 716, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 717, 717, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 718, 718, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 4, 719, 720, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 721, 720, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 721, 722, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 723, 722, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 723, 724, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 725, 724, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 18, 5, 725, 724, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 725, 725, 0.0_dp), &
+      atom_t(1, is_set, 18, 5, 726, 725, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 726, 726, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 727, 728, 0.0_dp), &
+      atom_t(0, is_set, 18, 5, 729, 728, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 729, 731, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 732, 732, 0.0_dp), &
+      atom_t(1, is_above, 18, 7, 733, 732, 0.0_dp), &
+      atom_t(0, is_set, 18, 7, 733, 732, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 733, 733, 0.0_dp), &
+      atom_t(0, is_set, 6, 18, 734, 733, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 734, 734, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 6, 735, 735, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 736, 736, 0.0_dp)]
 
    type(atom_t), parameter :: atoms(*) = [atoms_1, atoms_2, atoms_3, atoms_4, atoms_5, atoms_6, atoms_7, atoms_8, atoms_9, &
       atoms_10]
@@ -1541,7 +1569,7 @@ module hampm_rule_table
          '', 332, 1, 1, 0), &
       rule_t('&body held = .false.', requires, '&body eigenstrain', by_meaning, 'growth scales the eigenstrain', '', 334, 1, 1, &
          0), &
-      rule_t('&body held = .false.', no_effect_without, '&growth law = {growth laws at rest}', mechanics, &
+      rule_t('&body held = .false.', no_effect_without, '&growth law = {growth laws that scale loads}', mechanics, &
          'only growth at rest scales what acts', '', 336, 1, 1, 0), &
       rule_t('&body held = .false.', not_with, '&control', not_built, 'a load frame has a force and a displacement', '', 338, 1, &
          1, 0), &
@@ -1931,241 +1959,260 @@ module hampm_rule_table
          'loads and motions that are held do not change in a cycle', '', 858, 1, 1, 0), &
       rule_t('&growth rate = ''walker'' | ''forman''', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', &
          860, 1, 1, 0), &
-      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 862, 1, 1, 0), &
-      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 864, &
+      rule_t('&growth law = {growth laws in time}', requires, '&growth increment > 0', by_meaning, '', '', 862, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in time}', requires, '&growth rate = ''charles'' | ''toughness''', by_meaning, '', '', &
+         864, 1, 1, 0), &
+      rule_t('&growth rate = ''charles'' | ''toughness''', requires, '&growth law = {growth laws in time}', by_meaning, &
+         'they give a speed', '', 866, 1, 1, 0), &
+      rule_t('&growth rate = ''charles''', requires, &
+         '&growth speed > 0 and &growth rate_exponent > 0 and &growth toughness > 0', by_meaning, '', '', 868, 1, 3, 0), &
+      rule_t('&growth rate = ''toughness''', requires, '&growth toughness > 0', by_meaning, '', '', 872, 1, 1, 0), &
+      rule_t('&growth rate = ''toughness''', requires, '&growth limit_speed > 0 or &growth speeds', mechanics, &
+         'at a toughness that does not depend on the speed there is none at rest', '&growth law = ''quasi_static''', 874, 1, 2, &
+         1), &
+      rule_t('&growth rate_exponent', not_with, '&growth rate = ''toughness''', mechanics, &
+         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 878, 1, 1, 0), &
+      rule_t('&growth threshold', not_with, '&growth rate = ''toughness''', mechanics, &
+         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 880, 1, 1, 0), &
+      rule_t('&nucleation', not_with, '&growth law = {growth laws in time}', not_built, &
+         'cracks appear at loads that are scaled', '', 882, 1, 1, 0), &
+      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 884, 1, 1, 0), &
+      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 886, &
          1, 1, 0), &
       rule_t('&growth wheeler_exponent', requires, '&growth wheeler_stress > 0', mechanics, 'plastic zones depend on it', '', &
-         866, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 868, 1, 1, 0), &
-      rule_t('&growth tips = ''largest''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         'each tip has a rate of its own', '&growth tips = ''all''', 870, 1, 1, 1), &
-      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 873, 1, 1, 0), &
-      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 875, 1, 1, 0), &
-      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 877, 1, 1, 0), &
-      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 879, 1, 1, 0), &
-      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 881, 1, 1, 0), &
+         888, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 890, 1, 1, 0), &
+      rule_t('&growth tips = ''largest''', not_with, '&growth law = {growth laws by a rate}', mechanics, &
+         'each tip has a rate of its own', '&growth tips = ''all''', 892, 1, 1, 1), &
+      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 895, 1, 1, 0), &
+      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 897, 1, 1, 0), &
+      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 899, 1, 1, 0), &
+      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 901, 1, 1, 0), &
+      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 903, 1, 1, 0), &
       rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 883, 2, 1, 0), &
+         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 905, 2, 1, 0), &
       rule_t('&constraint start and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 886, 2, 1, 0), &
+         '&cycles tells how loads change', '', 908, 2, 1, 0), &
       rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, &
-         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 889, 2, 1, 0), &
+         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 911, 2, 1, 0), &
       rule_t('&load start and &load held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 892, 2, 1, 0), &
+         '&cycles tells how loads change', '', 914, 2, 1, 0), &
       rule_t('&constraint velocity and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', &
-         mechanics, '&cycles tells how much is moved; give a displacement', '', 895, 2, 1, 0), &
+         mechanics, '&cycles tells how much is moved; give a displacement', '', 917, 2, 1, 0), &
       rule_t('&control quantity = ''load'' | ''displacement''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '&control quantity = ''growth''', 898, 1, 1, 1), &
-      rule_t('&constraint held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
-         'only growth at rest scales loads and motions', '', 901, 1, 2, 0), &
-      rule_t('&load held', no_effect_without, '&growth law = {growth laws at rest} or &nucleation', mechanics, &
-         'only growth at rest scales loads and motions', '', 904, 1, 2, 0), &
-      rule_t('&constraint held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 907, 2, 1, 0), &
-      rule_t('&load held and &growth law = {growth laws at rest}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 910, 2, 1, 0), &
-      rule_t('&control', requires, '&growth law = {growth laws at rest}', not_built, &
-         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 913, 1, 1, 0), &
-      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 915, 1, 1, 0), &
-      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 917, 1, 1, 0), &
-      rule_t('&control history', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 919, 1, 1, 0), &
-      rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 921, 1, 1, 0)]
+         '&cycles tells how loads change', '&control quantity = ''growth''', 920, 1, 1, 1)]
 
    type(rule_t), parameter :: rules_10(*) = [ &
+      rule_t('&constraint held', no_effect_without, '&growth law = {growth laws that scale loads} or &nucleation', mechanics, &
+         'only growth at rest, by toughness or in cycles, scales loads and motions', '', 923, 1, 2, 0), &
+      rule_t('&load held', no_effect_without, '&growth law = {growth laws that scale loads} or &nucleation', mechanics, &
+         'only growth at rest, by toughness or in cycles, scales loads and motions', '', 926, 1, 2, 0), &
+      rule_t('&constraint held and &growth law = {growth laws that scale loads}', requires, 'something that growth scales', &
+         mechanics, 'growth scales loads and motions that are not held, so that G is the toughness', '', 929, 2, 1, 0), &
+      rule_t('&load held and &growth law = {growth laws that scale loads}', requires, 'something that growth scales', mechanics, &
+         'growth scales loads and motions that are not held, so that G is the toughness', '', 932, 2, 1, 0), &
+      rule_t('&control', requires, '&growth law = {growth laws that scale loads}', not_built, &
+         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 935, 1, 1, 0), &
+      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 937, 1, 1, 0), &
+      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 939, 1, 1, 0), &
+      rule_t('&control history', no_effect_with, '&control quantity = ''growth''', mechanics, &
+         'load and displacement follow the crack', '', 941, 1, 1, 0), &
+      rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
+         'load and displacement follow the crack', '', 943, 1, 1, 0), &
       rule_t('&control', not_with, 'growth scales forces beside motions', mechanics, &
-         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 923, 1, 1, 0), &
+         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 945, 1, 1, 0), &
       rule_t('&constraint velocity and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how much is moved; give a displacement', '', 925, 2, 1, 0), &
+         'the frame tells how much is moved; give a displacement', '', 947, 2, 1, 0), &
       rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 928, 2, 1, 0), &
+         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 950, 2, 1, 0), &
       rule_t('&constraint start and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 931, 2, 1, 0), &
+         'the frame tells how loads change, by its start', '', 953, 2, 1, 0), &
       rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, '&control', &
-         mechanics, 'the frame tells how loads change, by its history', '', 934, 2, 1, 0), &
+         mechanics, 'the frame tells how loads change, by its history', '', 956, 2, 1, 0), &
       rule_t('&load start and &load held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 937, 2, 1, 0), &
+         'the frame tells how loads change, by its start', '', 959, 2, 1, 0), &
       rule_t('&load on = ''crack'' and &load held = .false.', not_with, '&control', not_built, &
-         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 940, 2, 1, 0), &
-      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 943, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 945, &
+         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 962, 2, 1, 0), &
+      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 965, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 967, &
          1, 1, 0), &
-      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 947, &
+      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 969, &
          1, 1, 0), &
-      rule_t('&growth speed', requires, '&growth law = ''prescribed''', by_meaning, '', '', 949, 1, 1, 0), &
-      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 951, 1, 1, 0), &
-      rule_t('&growth rate_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 953, 1, 1, 0), &
-      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 955, 1, 1, 0), &
-      rule_t('&growth threshold', requires, '&growth law = ''fatigue''', by_meaning, '', '', 957, 1, 1, 0), &
-      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 959, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 961, 1, 1, 0), &
+      rule_t('&growth speed', requires, '&growth law = ''prescribed'' or &growth rate = ''charles''', by_meaning, '', '', 971, &
+         1, 2, 0), &
+      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 974, 1, 1, 0), &
+      rule_t('&growth rate_exponent', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 976, 1, 1, 0), &
+      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 978, 1, 1, 0), &
+      rule_t('&growth threshold', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 980, 1, 1, 0), &
+      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 982, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 984, 1, 1, 0), &
       rule_t('&growth increment', requires, '&growth law = {growth laws at rest}', by_meaning, &
-         'dynamic growth advances in each time step', '', 963, 1, 1, 0), &
-      rule_t('&growth limit_speed', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, '', '', 965, 1, &
-         1, 0), &
-      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 967, 1, 1, 0), &
-      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 969, &
-         1, 1, 0), &
-      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 971, 1, &
-         1, 0), &
-      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 973, 1, &
-         1, 0), &
-      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 975, &
-         1, 1, 0), &
-      rule_t('&growth speeds', requires, '&growth law = {growth laws in motion by toughness}', by_meaning, &
-         'a tip at rest has no speed', '', 977, 1, 1, 0), &
-      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 979, &
-         1, 1, 0), &
-      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 981, 1, 1, 0), &
-      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 983, 1, 1, &
+         'dynamic growth advances in each time step', '', 986, 1, 1, 0), &
+      rule_t('&growth limit_speed', requires, &
+         '&growth law = {growth laws in motion by toughness} or &growth rate = ''toughness''', by_meaning, '', '', 988, 1, 2, &
          0), &
-      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 985, 1, &
-         1, 0), &
-      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 987, 1, &
-         1, 0), &
-      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 989, 1, 1, 0), &
-      rule_t('&growth start', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', &
-         991, 1, 1, 0), &
-      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 993, &
+      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 991, 1, 1, 0), &
+      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 993, &
          1, 1, 0), &
-      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 995, 1, 1, 0), &
-      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 997, 1, 1, 0), &
-      rule_t('&growth direction = ''path''', not_with, '&growth law = {growth laws at rest}', not_built, &
-         'static growth follows a criterion or the crack''s own line', '', 999, 1, 1, 0), &
-      rule_t('&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy'' | ''path''', not_with, &
-         '&crack kind = ''symmetry''', mechanics, 'the crack stays on its symmetry plane', '&growth direction = ''straight''', &
-         1001, 1, 1, 1), &
-      rule_t('&growth tips = ''last'' | ''first''', not_with, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''largest''', 1004, 1, 1, 1), &
-      rule_t('&growth tips = ''largest''', requires, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''all''', 1007, 1, 1, 1), &
-      rule_t('&growth tips = ''first''', not_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack has one tip, its last point', '', 1010, 1, 1, 0)]
+      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 995, 1, &
+         1, 0), &
+      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 997, 1, &
+         1, 0), &
+      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 999, &
+         1, 1, 0), &
+      rule_t('&growth speeds', requires, '&growth law = {growth laws in motion by toughness} or &growth rate = ''toughness''', &
+         by_meaning, 'a tip at rest has no speed', '', 1001, 1, 2, 0), &
+      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 1004, &
+         1, 1, 0), &
+      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 1006, 1, 1, 0), &
+      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1008, 1, 1, &
+         0), &
+      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1010, 1, &
+         1, 0), &
+      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 1012, 1, &
+         1, 0), &
+      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 1014, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_11(*) = [ &
+      rule_t('&growth start', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', &
+         1016, 1, 1, 0), &
+      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 1018, &
+         1, 1, 0), &
+      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 1020, 1, 1, 0), &
+      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 1022, 1, 1, 0), &
+      rule_t('&growth direction = ''path''', not_with, '&growth law = {growth laws at rest}', not_built, &
+         'static growth follows a criterion or the crack''s own line', '', 1024, 1, 1, 0), &
+      rule_t('&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy'' | ''path''', not_with, &
+         '&crack kind = ''symmetry''', mechanics, 'the crack stays on its symmetry plane', '&growth direction = ''straight''', &
+         1026, 1, 1, 1), &
+      rule_t('&growth tips = ''last'' | ''first''', not_with, '&growth law = {growth laws at rest}', not_built, '', &
+         '&growth tips = ''largest''', 1029, 1, 1, 1), &
+      rule_t('&growth tips = ''largest''', requires, '&growth law = {growth laws at rest}', not_built, '', &
+         '&growth tips = ''all''', 1032, 1, 1, 1), &
+      rule_t('&growth tips = ''first''', not_with, '&crack kind = ''symmetry''', by_meaning, &
+         'the crack has one tip, its last point', '', 1035, 1, 1, 0), &
       rule_t('&growth tips = ''largest'' | ''last''', no_effect_with, '&crack kind = ''symmetry''', mechanics, &
-         'the crack has one tip', '', 1012, 1, 1, 0), &
-      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1014, 1, 1, 0), &
+         'the crack has one tip', '', 1037, 1, 1, 0), &
+      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1039, 1, 1, 0), &
       rule_t('&nucleation and several cracks', requires, '&nucleation crack', by_meaning, 'the name selects the crack', '', &
-         1016, 2, 1, 0), &
-      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1019, 1, 1, 0), &
+         1041, 2, 1, 0), &
+      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1044, 1, 1, 0), &
       rule_t('&nucleation', requires, '&method time = ''static''', not_built, &
-         'cracks appear at rest; in motion &cohesive parts faces', '', 1021, 1, 1, 0), &
+         'cracks appear at rest; in motion &cohesive parts faces', '', 1046, 1, 1, 0), &
       rule_t('&nucleation', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are not held are scaled until the crack appears', '', 1023, 1, 1, 0), &
+         'loads and motions that are not held are scaled until the crack appears', '', 1048, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack kind = ''symmetry''', not_built, 'the whole body tells the energy of a new crack', &
-         '', 1025, 1, 1, 0), &
+         '', 1050, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&control', not_built, 'what a new crack releases depends on the stiffness of the frame', &
-         '', 1027, 1, 1, 0), &
-      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1029, &
+         '', 1052, 1, 1, 0), &
+      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1054, &
          1, 1, 0), &
       rule_t('&nucleation', not_with, '&load on = ''crack''', not_built, &
-         'a pressure does work on the faces of a new crack at once', '', 1031, 1, 1, 0), &
+         'a pressure does work on the faces of a new crack at once', '', 1056, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1033, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1058, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&constraint unilateral = .true.', not_built, &
-         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1036, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1061, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws of any strain}', not_built, &
-         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1039, &
+         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1064, &
          1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws with a history}', mechanics, &
          'what is stored before and after does not tell what a new crack releases', &
-         '&material law = ''linear_elastic'' | ''orthotropic''', 1042, 1, 1, 1), &
-      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1045, 1, 1, 0), &
+         '&material law = ''linear_elastic'' | ''orthotropic''', 1067, 1, 1, 1), &
+      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1070, 1, 1, 0), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, 'tips at no nodes', mechanics, &
-         'virtual crack closure needs a tip at a node', '''domain_integral''', 1047, 1, 1, 1), &
+         'virtual crack closure needs a tip at a node', '''domain_integral''', 1072, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, &
          '&growth and &crack kind = ''symmetry'' and a plane', mechanics, &
-         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1050, 1, 3, &
+         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1075, 1, 3, &
          1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, '&cohesive', mechanics, &
-         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1055, 1, 1, 1), &
+         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1080, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of elastic material}', not_with, '&material law = {laws with a history}', &
-         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1058, 1, 1, 1), &
+         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1083, 1, 1, 1), &
       rule_t('&energy_release estimators = ''stress_closure''', not_with, '&load on = ''crack''', mechanics, &
-         'the derivation assumes traction-free crack faces', '''domain_integral''', 1061, 1, 1, 1), &
+         'the derivation assumes traction-free crack faces', '''domain_integral''', 1086, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of isotropic material}', not_with, '&material law = ''orthotropic''', &
-         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1064, 1, 1, 1), &
+         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1089, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, &
          '&crack contact = ''frictionless'' | ''friction''', mechanics, 'the estimator assumes traction-free crack faces', &
-         '''domain_integral''', 1067, 1, 1, 1), &
+         '''domain_integral''', 1092, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load on = ''crack''', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1070, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1095, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load face = ''left'' | ''right''', &
-         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1073, 1, 1, 1), &
+         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1098, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&cohesive', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1076, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1101, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&growth', not_built, &
-         'the estimator is for stationary tips', '''domain_integral''', 1079, 1, 1, 1), &
+         'the estimator is for stationary tips', '''domain_integral''', 1104, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&nucleation', not_built, &
-         'the estimator is for tips that are there from the start', '''domain_integral''', 1082, 1, 1, 1), &
+         'the estimator is for tips that are there from the start', '''domain_integral''', 1107, 1, 1, 1), &
       rule_t('&energy_release estimators = ''domain_integral''', warned_with, '&material law = {laws with a history}', &
          mechanics, 'J depends on its domain where material yields or creeps; K, modes and errors are not '// &
-         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1085, 1, 1, 0), &
+         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1110, 1, 1, 0), &
       rule_t('&energy_release estimators = ''material_force''', warned_with, '&material law = {laws with a history}', mechanics, &
-         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1087, 1, 1, &
+         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1112, 1, 1, &
          0), &
       rule_t('&energy_release t_stress = .true.', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'the T-stress is an interaction integral', '', 1089, 1, 1, 0), &
+         'the T-stress is an interaction integral', '', 1114, 1, 1, 0), &
       rule_t('&energy_release t_stress = .true.', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1091, 1, 1, 0), &
-      rule_t('&energy_release t_stress = .true.', not_with, '&growth law = {growth laws in motion}', mechanics, &
-         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1093, 1, 1, &
-         0), &
-      rule_t('&energy_release phase_length', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'K of an interface is an interaction integral', '', 1095, 1, 1, 0), &
-      rule_t('&energy_release phase_length', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1097, 1, 1, 0), &
-      rule_t('&energy_release phase_length', not_with, '&material law = ''orthotropic''', not_built, &
-         'the fields that the integral is with are those of isotropic materials', '', 1099, 1, 1, 0), &
-      rule_t('&energy_release phase_length', not_with, '&crack kind = ''symmetry''', mechanics, &
-         'beyond a symmetry plane is the same material', '', 1101, 1, 1, 0), &
-      rule_t('&energy_release phase_length', not_with, '&crack contact = ''frictionless'' | ''friction''', mechanics, &
-         'faces that touch at an interface have other fields at the tip', '', 1103, 1, 1, 0), &
-      rule_t('&energy_release phase_length', not_with, '&growth law = {growth laws in motion}', not_built, &
-         'the fields that the integral is with are those of a tip at rest', '', 1105, 1, 1, 0), &
-      rule_t('&energy_release radii', no_effect_without, '&energy_release estimators = {estimators by radii}', by_meaning, '', &
-         '', 1107, 1, 1, 0), &
-      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1109, &
-         1, 1, 0)]
+         'the fields that the integral is with are those of elastic material', '', 1116, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_12(*) = [ &
-      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1111, 1, &
+      rule_t('&energy_release t_stress = .true.', not_with, '&growth law = {growth laws in motion}', mechanics, &
+         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1118, 1, 1, &
+         0), &
+      rule_t('&energy_release phase_length', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
+         'K of an interface is an interaction integral', '', 1120, 1, 1, 0), &
+      rule_t('&energy_release phase_length', not_with, '&material law = {laws with a history}', mechanics, &
+         'the fields that the integral is with are those of elastic material', '', 1122, 1, 1, 0), &
+      rule_t('&energy_release phase_length', not_with, '&material law = ''orthotropic''', not_built, &
+         'the fields that the integral is with are those of isotropic materials', '', 1124, 1, 1, 0), &
+      rule_t('&energy_release phase_length', not_with, '&crack kind = ''symmetry''', mechanics, &
+         'beyond a symmetry plane is the same material', '', 1126, 1, 1, 0), &
+      rule_t('&energy_release phase_length', not_with, '&crack contact = ''frictionless'' | ''friction''', mechanics, &
+         'faces that touch at an interface have other fields at the tip', '', 1128, 1, 1, 0), &
+      rule_t('&energy_release phase_length', not_with, '&growth law = {growth laws in motion}', not_built, &
+         'the fields that the integral is with are those of a tip at rest', '', 1130, 1, 1, 0), &
+      rule_t('&energy_release radii', no_effect_without, '&energy_release estimators = {estimators by radii}', by_meaning, '', &
+         '', 1132, 1, 1, 0), &
+      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1134, &
+         1, 1, 0), &
+      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1136, 1, &
          1, 0), &
       rule_t('&energy_release reference = ''dcb''', requires, &
          '&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', mechanics, &
-         'the closed form is for a crack along the beam', '', 1113, 1, 2, 0), &
+         'the closed form is for a crack along the beam', '', 1138, 1, 2, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, 'several bodies', mechanics, 'the closed form is for one beam', &
-         'reference = ''value''', 1116, 1, 1, 0), &
+         'reference = ''value''', 1141, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&material law = ''orthotropic''', mechanics, &
-         'the closed form is for isotropic material', 'reference = ''value''', 1118, 1, 1, 0), &
+         'the closed form is for isotropic material', 'reference = ''value''', 1143, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&load kind = ''pressure'' | ''gravity''', mechanics, &
-         'the closed form is for forces', 'reference = ''value''', 1120, 1, 1, 0), &
+         'the closed form is for forces', 'reference = ''value''', 1145, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&growth', mechanics, 'the closed form is for a stationary crack', &
-         '', 1122, 1, 1, 0), &
-      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1124, 1, 1, 0), &
-      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1126, 1, 1, 0), &
-      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1128, 1, 1, 0), &
-      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1130, 1, 1, 0), &
+         '', 1147, 1, 1, 0), &
+      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1149, 1, 1, 0), &
+      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1151, 1, 1, 0), &
+      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1153, 1, 1, 0), &
+      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1155, 1, 1, 0), &
       rule_t('&probe at', requires, '&probe quantity = ''displacement'' | ''velocity'' | ''stress'' | ''strain''', by_meaning, &
-         '', '', 1132, 1, 1, 0), &
+         '', '', 1157, 1, 1, 0), &
       rule_t('&probe quantity = ''velocity''', not_with, '&method time = ''static''', mechanics, &
-         'a static model has no velocity', '', 1134, 1, 1, 0), &
-      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1136, 1, 1, 0), &
-      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1138, 1, 1, 0), &
+         'a static model has no velocity', '', 1159, 1, 1, 0), &
+      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1161, 1, 1, 0), &
+      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1163, 1, 1, 0), &
       rule_t('&probe quantity = ''opening'' | ''volume'' and several cracks', requires, '&probe of', by_meaning, &
-         'the name selects the crack', '', 1140, 2, 1, 0), &
+         'the name selects the crack', '', 1165, 2, 1, 0), &
       rule_t('&probe quantity = ''load_line''', requires, '&probe of', by_meaning, 'the name selects the load or constraint', &
-         '', 1143, 1, 1, 0), &
+         '', 1168, 1, 1, 0), &
       rule_t('&probe quantity = ''load_line''', not_with, '&probe quantity = ''opening'' | ''volume''', by_meaning, &
-         'of is a crack there', 'two probes', 1145, 1, 1, 0), &
-      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1147, 1, &
+         'of is a crack there', 'two probes', 1170, 1, 1, 0), &
+      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1172, 1, &
          1, 0), &
-      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1149, 1, 1, 0), &
-      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1151, 1, 1, 0), &
-      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1153, 1, 1, 0), &
-      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1155, 1, 1, 0)]
+      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1174, 1, 1, 0), &
+      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1176, 1, 1, 0), &
+      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1178, 1, 1, 0), &
+      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1180, 1, 1, 0)]
 
    type(rule_t), parameter :: rules(*) = [rules_1, rules_2, rules_3, rules_4, rules_5, rules_6, rules_7, rules_8, rules_9, &
       rules_10, rules_11, rules_12]

@@ -24,7 +24,7 @@ module hampm_measurements
    use hampm_growth_points, only: next_of_points
    use hampm_static_front_growth, only: record_points
    use hampm_static_growth, only: has_held_drive
-   use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
+   use hampm_growing, only: by_cycles, by_time, growing_t, record_growth, record_frame, record_place, record_onset
    use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, &
                                  look_at_front, needs_front, jumps_behind, record_front, mean_rate
    use hampm_history, only: history_t
@@ -491,16 +491,18 @@ contains
             end if
          end if
          if (growing%are_there()) then
-            if (growing%is_static) call history%record('load_factor', '1', &
+            if (growing%is_static .and. growing%driver /= by_time) call history%record('load_factor', '1', &
                                                        'by which loads, motions and eigenstrains are multiplied unless held', &
                                                        growing%load_factor)
             if (growing%have_onsets) call record_onset(growing, history)
-            if (growing%is_cyclic) then
+            if (growing%driver == by_time .and. have_errors(m)) call history%record('time_error', 's', &
+                  'estimated error of the time at which the crack is as it is', growing%fatigue%error)
+            if (growing%driver == by_cycles) then
                call history%record('cycles', '1', 'load cycles so far', growing%fatigue%cycles)
                if (have_errors(m)) call history%record('cycles_error', '1', 'estimated error of cycles', growing%fatigue%error)
             end if
             if (model%control%is_there()) call record_frame(growing, model%control%stiffness, history)
-            if (growing%is_static .and. .not. growing%is_cyclic .and. have_errors(m) .and. .not. has_held_drive(problem)) then
+            if (growing%is_static .and. .not. growing%has_rates .and. have_errors(m) .and. .not. has_held_drive(problem)) then
                associate (off => part_of_rate(problem, cracks, m)/merge(2, 1, all(problem%materials%linear)))
                   call history%record('load_factor_error', '1', 'estimated error of load_factor, where growth sets it', &
                                       off*abs(growing%load_factor))
@@ -536,7 +538,8 @@ contains
             if (k > 1) history%of_tip = '_front'//to_text(k)
             call record_front(m%fronts(k), history)
             if (growing%are_there() .and. growing%is_static) &
-               call record_points(growing, next_of_points(growing, model, cracks, m%crack, m%fronts), cracks, m%fronts, k, history)
+               call record_points(growing, model, next_of_points(growing, model, cracks, m%crack, m%fronts), cracks, &
+                                  m%fronts, k, history)
          end do
          do k = 1, merge(size(model%planes), 0, growing%are_there() .and. .not. growing%is_static)
             if (.not. any(growing%points%crack == k .and. growing%points%grows)) cycle

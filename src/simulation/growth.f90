@@ -1,10 +1,10 @@
-!> Growth of tips and fronts in a run, by one of four drivers: a load factor or a load frame at rest (`hampm_growth_at_rest`), load
-!> cycles (`hampm_growth_in_cycles`), and steps in motion (`hampm_growth_in_motion`).
+!> Growth of tips and fronts in a run, by one of five drivers: a load factor or a load frame at rest (`hampm_growth_at_rest`), load
+!> cycles or time at rest (`hampm_growth_in_cycles`), and steps in motion (`hampm_growth_in_motion`).
 module hampm_growth
    use hampm_failure, only: failure_t
-   use hampm_growing, only: by_cycles, by_frame, by_load, by_steps
+   use hampm_growing, only: by_cycles, by_frame, by_load, by_steps, by_time
    use hampm_growth_at_rest, only: book_step, follow_control, grow, load_in_symmetry, load_to_onset
-   use hampm_growth_in_cycles, only: follow_cycles, grow_in_cycles
+   use hampm_growth_in_cycles, only: follow_cycles, follow_time, grow_in_cycles
    use hampm_growth_in_motion, only: follow_motion, prepare_motion
    use hampm_interface_points, only: have_friction
    use hampm_rigid_motions, only: number_of_pieces
@@ -37,7 +37,7 @@ contains
          s%problem%interfaces%keep_slip = have_friction(s%problem%interfaces)
        case (by_load)
          call grow(s, failure)
-       case (by_cycles)
+       case (by_cycles, by_time)
          call grow_in_cycles(s, failure)
        case (by_steps)
          call prepare_motion(s, failure)
@@ -53,7 +53,7 @@ contains
       call drive(s, failure)
    end subroutine follow_growth
 
-   !> Scale loads to the toughness in equilibrium, count cycles, or let points move.
+   !> Scale loads to the toughness in equilibrium, count cycles, let time pass, or let points move.
    subroutine drive(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -66,6 +66,8 @@ contains
          call book_step(s, failure)
        case (by_cycles)
          call follow_cycles(s, failure)
+       case (by_time)
+         call follow_time(s, failure)
        case (by_steps)
          call follow_motion(s, failure)
       end select

@@ -7,7 +7,7 @@ module hampm_growth_at_rest
    use hampm_failure, only: exit_computation, failure_t
    use hampm_fatigue, only: largest_loads
    use hampm_front_values, only: front_values_t
-   use hampm_growing, only: by_frame, next_t
+   use hampm_growing, only: by_frame, by_time, next_t
    use hampm_growth_points, only: book_fracture, next_of_points
    use hampm_growth_room, only: is_plane_open, see_around_tips
    use hampm_instant, only: go_back_to, instant_t, save_instant
@@ -30,7 +30,7 @@ module hampm_growth_at_rest
    use hampm_tolerance, only: bounded_ratio
    implicit none
    private
-   public :: at_load_t, grow, note_separation, turn_to_symmetry, measure_at_loads, book_step, has_fronts, &
+   public :: at_load_t, grow, rescale, note_separation, turn_to_symmetry, measure_at_loads, book_step, has_fronts, &
              load_in_symmetry, load_to_onset, follow_control
 
    real(dp), parameter :: near = 1e-6_dp         !! part of the toughness, and of the controlled quantity
@@ -59,7 +59,7 @@ contains
       logical :: have_moved, have_cut, is_over
       if (present(has_grown)) has_grown = .false.
       s%problem%interfaces%keep_slip = have_friction(s%problem%interfaces)
-      if (.not. has_scaled_drive(s%problem)) return
+      if (.not. (has_scaled_drive(s%problem) .or. s%growing%driver == by_time)) return
       if (s%growing%onset_crack > 0) then        ! it appears at the load of the step before
          stored = stored_energy(s%problem)
          call insert_crack(s)
@@ -192,7 +192,7 @@ contains
       integer, allocatable :: load(:)
       integer :: k, l
       values = s%measurements%crack
-      if (failure%failed() .or. .not. s%growing%is_cyclic) return
+      if (failure%failed() .or. .not. s%growing%has_rates) return
       load = largest_loads(s%growing%fatigue)
       load = load(:size(values))
       if (all(load == 1)) return
@@ -240,13 +240,14 @@ contains
       s%problem%energies = energies
    end subroutine measure_at_loads
 
-   !> Scale the loads, and measure.
-   subroutine rescale(s, factor, failure)
+   !> Scale the loads, now or at another time, and measure.
+   subroutine rescale(s, factor, failure, time)
       type(simulation_t), intent(inout) :: s
       real(dp), intent(in) :: factor             !! load factor [-]
       type(failure_t), intent(inout) :: failure
+      real(dp), intent(in), optional :: time     !! [s]
       s%growing%load_factor = factor
-      call s%integrator%rescale(s%problem, factor, failure)
+      call s%integrator%rescale(s%problem, factor, failure, time)
       call measure_state(s, failure, in_passing=.true.)
       if (s%model%control%leads()) call measure_load_frame(s%growing, s%problem, s%model%control%stiffness, failure)
    end subroutine rescale

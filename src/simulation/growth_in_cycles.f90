@@ -1,20 +1,22 @@
-!> Growth at rest in load cycles (`hampm_fatigue`).
+!> Growth at rest in load cycles, or in time (`hampm_fatigue`).
 module hampm_growth_in_cycles
    use hampm_crack_tip_field, only: modes
    use hampm_failure, only: failure_t
-   use hampm_fatigue, only: count_cycles, has_fractured, has_loads
-   use hampm_growing, only: next_t
-   use hampm_growth_at_rest, only: at_load_t, book_step, grow, has_fronts, measure_at_loads, turn_to_symmetry
+   use hampm_fatigue, only: count_cycles, has_fractured, has_loads, pass_time
+   use hampm_growing, only: by_time, next_t
+   use hampm_growth_at_rest, only: at_load_t, book_step, grow, has_fronts, measure_at_loads, rescale, turn_to_symmetry
    use hampm_growth_points, only: next_of_points
+   use hampm_interface_points, only: have_friction
    use hampm_kinds, only: dp
    use hampm_measurements, only: part_of_rate
    use hampm_simulation, only: simulation_t
    use hampm_static_front_growth, only: at_points, even_out_points
+   use hampm_static_growth, only: loads_change
    use hampm_symmetric_turns, only: symmetric_turns_t
    use hampm_text, only: add_line, digits_text, three_digits
    implicit none
    private
-   public :: grow_in_cycles, follow_cycles
+   public :: grow_in_cycles, follow_cycles, follow_time
 
 contains
 
@@ -23,10 +25,14 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       logical :: has_grown
-      if (has_fractured(s%growing%fatigue)) then
+      if (has_fractured(s%growing%fatigue, s%model)) then
          s%is_over = .true.
          s%growing%fatigue%life = s%growing%fatigue%cycles
          call tell_fracture(s)
+         return
+      end if
+      if (s%growing%driver == by_time) then      ! tips advance once it is known what loads do in the step
+         s%problem%interfaces%keep_slip = have_friction(s%problem%interfaces)
          return
       end if
       call grow(s, failure, has_grown)
@@ -120,11 +126,68 @@ contains
       end subroutine follow_points
    end subroutine follow_cycles
 
-   !> Tell after how many cycles a crack breaks through.
+   !> After a step of time, or at the start, when all is measured: let tips advance for this time, or, where one has gone by its
+   !> increment before, to then. The state is that of the end, with tips where they were.
+   subroutine follow_time(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(symmetric_turns_t) :: turns
+      real(dp), allocatable :: ways(:), now(:, :, :)
+      logical :: has_grown
+      if (failure%failed()) return
+      associate (fatigue => s%growing%fatigue, time => s%problem%state%time)
+         fatigue%until = time
+         now = fatigue%at
+         call measure_cycles(s, now, failure)
+         fatigue%later = now
+         if (s%problem%state%steps > 0 .and. .not. failure%failed()) then
+            call grow(s, failure, has_grown)
+            if (s%is_over) return
+            ways = s%growing%points%advance
+            if (has_grown) then
+               call turn_to_symmetry(s, turns, failure)
+               ways = s%growing%points%advance
+               call measure_cycles(s, now, failure)
+            end if
+            if (failure%failed()) return
+            call pass(s, ways, now)
+            s%is_over = fatigue%life >= 0
+            if (s%is_over) call tell_fracture(s)
+            if (fatigue%cycles < time) then
+               if (loads_change(s%problem, fatigue%cycles, time)) then
+                  call rescale(s, 1.0_dp, failure, fatigue%cycles)
+                  call measure_cycles(s, now, failure)
+               end if
+               time = fatigue%cycles
+            end if
+         end if
+         fatigue%cycles = time
+         fatigue%at = now
+         fatigue%off = part_of_rate(s%problem, s%cracks, s%measurements)/2
+         call book_step(s, failure)
+         if (has_fronts(s) .and. s%problem%state%steps > 0) &
+            call even_out_points(s%growing, s%measurements%fronts, fatigue%advance_deficit)
+      end associate
+   end subroutine follow_time
+
+   !> Let time pass from the state before a step to that with K now: of fronts at the present places of their points.
+   subroutine pass(s, ways, now)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: ways(:)            !! advances of points [m]
+      real(dp), intent(in) :: now(:, :, :)       !! (modes and part of K_c, loads, points)
+      real(dp) :: there(size(now, 1), size(now, 2), size(now, 3))
+      there = now
+      if (has_fronts(s) .and. any(ways > 0)) there(:, 1, :) = at_points(s%growing, s%measurements%fronts, now(:, 1, :))
+      call pass_time(s%growing%fatigue, s%model, ways, there, part_of_rate(s%problem, s%cracks, s%measurements)/2)
+   end subroutine pass
+
+   !> Tell after how many cycles, or when, a crack breaks through.
    subroutine tell_fracture(s)
       type(simulation_t), intent(inout) :: s
-      call add_line(s%warning, 'fracture after '//digits_text(s%growing%fatigue%life, 6)//' cycles: the largest K reaches that '// &
-                    'of the toughness; the run ends before end_time')
+      character(:), allocatable :: when
+      when = 'after '//digits_text(s%growing%fatigue%life, 6)//' cycles'
+      if (s%growing%driver == by_time) when = 'at t = '//digits_text(s%growing%fatigue%life, 6)//' s'
+      call add_line(s%warning, 'fracture '//when//': the largest K reaches that of the toughness; the run ends before end_time')
    end subroutine tell_fracture
 
    !> After a load step, measured and booked: find K and K over K_c at each load of the cycles.

@@ -141,7 +141,7 @@ contains
       call follow_waves(s%model, s%problem, s%growing, .true., s%measurements)
       call take_row(s%model, s%problem, s%cracks, s%growing, s%dt, s%measurements)
       call s%results%append(s%measurements%history%row, failure)
-      s%samples = next_multiple(s, s%samples, s%model%output%history_interval)
+      if (is_due(s, next_row(s))) s%samples = next_multiple(s, s%samples, s%model%output%history_interval)
       if (has_snapshot(s)) call take_snapshot(s, failure)
    end subroutine record
 

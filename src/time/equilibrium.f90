@@ -78,13 +78,17 @@ contains
       call book_equilibrium(self, m)
    end subroutine initialise
 
-   !> Scale all that drives the material and is not held, and go to the equilibrium with it.
-   subroutine rescale(self, m, load_factor, failure)
+   !> Scale all that drives the material and is not held, and go to the equilibrium with it, now or at another time.
+   subroutine rescale(self, m, load_factor, failure, time)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: load_factor        !! relative to the model [-]
       type(failure_t), intent(inout) :: failure
-      call find(self, m, m%state%time, failure, load_factor)
+      real(dp), intent(in), optional :: time     !! [s]
+      real(dp) :: to
+      to = m%state%time
+      if (present(time)) to = time
+      call find(self, m, to, failure, load_factor)
       self%forgets_mesh = .false.                ! tips advance from here on
       call book_equilibrium(self, m)
    end subroutine rescale

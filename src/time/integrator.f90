@@ -74,12 +74,13 @@ contains
       type(problem_t), intent(inout) :: m
    end subroutine go_to_start
 
-   !> In equilibrium: scale all loading that is not held, and find the equilibrium with it. Here nothing.
-   subroutine rescale(self, m, load_factor, failure)
+   !> In equilibrium: scale all loading that is not held, and find the equilibrium with it, now or at another time. Here nothing.
+   subroutine rescale(self, m, load_factor, failure, time)
       class(integrator_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: load_factor        !! relative to the model [-]
       type(failure_t), intent(inout) :: failure
+      real(dp), intent(in), optional :: time     !! [s]
    end subroutine rescale
 
    !> Archive the data that steps need of earlier ones. Here nothing.

@@ -135,7 +135,9 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
                                ("growth", growth, (*of_path, "method.time=static", "energy_release.t_stress=.true.")),
                                ("kink", growth.replace("&growth", "&growth direction = 'max_energy'"), (*of_path, "method.time=static")),
                                ("onset", growth.replace("&growth", "&nucleation"), (*of_path, "method.time=static")),
-                               ("frame", growth + "&control stiffness = 1e6 /\n", (*of_path, "method.time=static")), ("interface", between, (*settings, "energy_release.phase_length=1e-3", "energy_release.reference=none")), ("running", running, of_path), ("fatigue", growth.replace("&growth", "&growth law = 'fatigue' rate_constant = 1e-30 rate_exponent = 3.0"), (*of_path, "method.time=static")), ("cohesive", cohesive, of_path), *probed):
+                               ("frame", growth + "&control stiffness = 1e6 /\n", (*of_path, "method.time=static")), ("interface", between, (*settings, "energy_release.phase_length=1e-3", "energy_release.reference=none")), ("running", running, of_path), ("fatigue", growth.replace("&growth", "&growth law = 'fatigue' rate_constant = 1e-30 rate_exponent = 3.0"), (*of_path, "method.time=static")),
+                               ("creeps", growth.replace("&growth", "&growth law = 'subcritical' rate = 'charles' speed = 1e-3 rate_exponent = 3.0"), (*of_path, "method.time=static")),
+                               ("cohesive", cohesive, of_path), *probed):
         (tmp_path / f"{name}.nml").write_text(scene)
         result = hampm(f"{name}.nml", "--set", f"output.file={name}.h5", *(f"--set={setting}" for setting in asked))
         assert result.returncode == 0, result.stderr

@@ -26,7 +26,7 @@ CHOICES = {
                "tolerance": [0.05, 0.1, 0.2], "r_crit": [0.03, 0.1], "r_coarsen": [0.0, 0.01], "energy_floor": [1e-3, 0.1], "interval": [5, 20]},
     "crack": {"contact": ["none", "frictionless", "friction"], "kind": ["path", "line", "plane", "symmetry"]},
     "cohesive": {"law": ["linear", "bilinear", "table"], "mixed_mode": ["benzeggagh_kenane", "power"]},
-    "growth": {"law": ["quasi_static", "prescribed", "toughness", "fatigue"], "rate": ["paris", "walker", "forman"], "direction": ["straight", "hoop_stress", "local_symmetry", "max_energy"],
+    "growth": {"law": ["quasi_static", "prescribed", "toughness", "fatigue", "subcritical"], "rate": ["paris", "walker", "forman", "charles", "toughness"], "direction": ["straight", "hoop_stress", "local_symmetry", "max_energy"],
                "tips": ["all", "largest", "last", "first"]},
     "cycles": {"repeat": [False, True]},
     "energy_release": {"estimators": [["domain_integral"], ["vcct"], ["stress_closure"], ["material_force"], [],
@@ -109,7 +109,7 @@ class Drawing:
         self.size = [chance.randint(4, 9) if small else chance.randint(9, 12) + 2 * self.grows for _ in "xy"]
         self.margin = 3 if self.frame == "updated" else chance.choice([0, 1])
         self.end = self.tick * {"static": 10, "explicit": chance.uniform(6, 25), "implicit": chance.uniform(20, 200)}[self.time]
-        self.law = chance.choice(["quasi_static", "quasi_static", "fatigue"])  # at rest
+        self.law = chance.choice(["quasi_static", "quasi_static", "fatigue", "subcritical"])  # at rest
         if self.waits:
             self.grows = False
         self.laws = [law for law in LAWS if not (self.grows or self.waits) or law not in (REMEMBER if self.time != "explicit" else ["orthotropic"])]
@@ -395,6 +395,8 @@ class Drawing:
             keys["crack"] = crack["name"]
         if law == "fatigue":
             return keys | {"increment": chance.choice([2.0, 3.0, 4.0]) * self.cell} | self.fatigue(modulus)
+        if law == "subcritical":
+            return keys | {"increment": chance.choice([2.0, 3.0, 4.0]) * self.cell} | self.subcritical(modulus)
         if law == "prescribed":
             keys["speed"] = chance.choice([0.05, 0.1, 0.2]) * self.cell / self.tick
         else:
@@ -438,6 +440,23 @@ class Drawing:
         if "toughness" in keys and chance.random() < 0.7:
             keys |= self.resistance("fatigue", keys["toughness"])
         return keys
+
+    def subcritical(self, modulus):
+        """The keys of growth in time."""
+        chance, rate, speed = self.chance, self.chance.choice(["charles", "toughness"]), self.cell * 10 ** self.chance.uniform(-0.5, 1) / self.end
+        if rate == "charles":
+            keys = {"toughness": modulus * chance.choice([3.0, 10.0, 100.0]), "speed": 10 * speed, "rate_exponent": chance.choice([2.0, 5.0, 16.0])}
+            if chance.random() < 0.2:
+                keys["threshold"] = 0.3 * math.sqrt(modulus * self.young)
+        else:
+            keys = {"toughness": modulus * 10 ** chance.uniform(-1.5, 0.5)}
+            if chance.random() < 0.6:
+                keys |= {"limit_speed": speed, "exponent": chance.choice([0.5, 1.0, 2.0])}
+            else:
+                keys |= {"speeds": [0.0, 0.1 * speed, speed], "speed_factors": [1.0, 1.3, chance.choice([2.0, 30.0])]}
+        if chance.random() < 0.4:
+            keys |= self.resistance("subcritical", keys["toughness"])
+        return keys | {"tips": "all", "rate": rate}
 
     def cycles(self):
         """The keys of the load cycles."""
@@ -648,7 +667,7 @@ class Drawing:
             self.without_history(scene)
             if chance.random() < 0.8:
                 scene.append(["cycles", self.cycles()])
-        elif self.grows and self.time == "static" and chance.random() < 0.4:
+        elif self.grows and self.time == "static" and self.law != "subcritical" and chance.random() < 0.4:
             scene.append(["control", self.control(scene)])
         self.part_at_crack(scene)
         self.grade(scene)

@@ -33,6 +33,10 @@ def growth(chance, cell):
         return (f"law = 'fatigue'  direction = '{direction}'  increment = {chance.choice([2.5, 4]) * cell:.4g}e-3  rate_constant = {10 ** chance.uniform(-28, -24):.3g}  "
                 f"rate_exponent = {chance.choice([2, 3])}  threshold = {chance.choice([0, 0, 1e3, 1e5])}"
                 + (f"  toughness = {10 ** chance.uniform(2, 5):.3g}" + resistance(chance, moves=False)) * (chance.random() < 0.5))
+    if chance.random() < 0.2:
+        rate = chance.choice([f"rate = 'charles'  rate_exponent = {chance.choice([2, 12])}  speed", f"rate = 'toughness'  exponent = {chance.choice([1, 2])}  limit_speed"])
+        return (f"law = 'subcritical'  direction = '{direction}'  increment = {chance.choice([2.5, 4]) * cell:.4g}e-3  {rate} = {10 ** chance.uniform(-4, 0):.3g}  "
+                f"toughness = {10 ** chance.uniform(-1, 3):.3g}" + resistance(chance, moves=False))
     text = (f"law = 'quasi_static'  direction = '{direction}'  toughness = {10 ** chance.uniform(-1, 3):.3g}  increment = {3 * cell:.4g}e-3  "
             f"tips = '{chance.choice(['all', 'largest', 'largest'])}'" + resistance(chance, moves=False))
     return text + (f"  max_length = {chance.uniform(4, 12):.3g}e-3" if chance.random() < 0.2 else "")

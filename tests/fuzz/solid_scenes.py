@@ -417,6 +417,10 @@ class Solid(Drawing):
         if chance.random() < 0.5:
             return scene + [["growth", keys | {"law": "fatigue", "rate_constant": 1e-3 * self.cell / (stress * self.cell**0.5)**2, "rate_exponent": 2.0}],
                             ["cycles", {"ratio": chance.choice([0.0, 0.3, -1.0])}]]
+        if chance.random() < 0.3:
+            toughness, speed = chance.uniform(0.03, 3) * stress**2 / self.young * self.cell, chance.uniform(0.2, 3) * self.cell / group(scene, "run")["end_time"]
+            return scene + [["growth", keys | {"law": "subcritical", "toughness": toughness} | chance.choice([
+                {"rate": "charles", "speed": speed, "rate_exponent": chance.choice([3.0, 12.0])}, {"rate": "toughness", "limit_speed": speed, "exponent": chance.choice([1.0, 2.0])}])]]
         keys |= {"law": "quasi_static", "toughness": chance.uniform(0.1, 10) * stress**2 / self.young * self.cell}
         if chance.random() < 0.3:
             keys |= {"extensions": [0.0, self.cell], "extension_factors": [1.0, 1.5]}

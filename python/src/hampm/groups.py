@@ -368,28 +368,28 @@ class Growth(Group):
 
     crack: str | None
     """Name of the crack; may be left out where there is one crack; default ''"""
-    law: Literal['quasi_static', 'prescribed', 'toughness', 'fatigue'] | None
-    """At rest by increments, under loads that are scaled or in load cycles; in motion, at a speed or by the toughness; default 'quasi_static'"""
+    law: Literal['quasi_static', 'prescribed', 'toughness', 'fatigue', 'subcritical'] | None
+    """At rest by increments, under loads that are scaled, in load cycles or in time; in motion, at a speed or by the toughness; default 'quasi_static'"""
     direction: Literal['straight', 'hoop_stress', 'local_symmetry', 'max_energy', 'path'] | None
     """Where tips go to; path: along points; default 'hoop_stress'"""
     points: float | Sequence[float] | None
     """Of direction = path: x, y of each point, in the order in which the tip comes to them [m]; (-inf, inf); no default"""
     toughness: float | None
-    """Energy release rate at which the crack grows by quasi_static and toughness; by fatigue: at which it breaks [J/m2]; [0, inf); default 0.0"""
+    """Energy release rate at which the crack grows by quasi_static and toughness; by fatigue and rate = charles: at which it b [J/m2]; [0, inf); default 0.0"""
     limit_speed: float | None
-    """Of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it is constant [m/s]; [0, inf); default 0.0"""
+    """Of law = toughness and rate = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it is constan [m/s]; [0, inf); default 0.0"""
     exponent: float | None
     """Of that; (0, inf); default 1.0"""
     speed: float | None
-    """Of law = prescribed [m/s]; [0, inf); default 0.0"""
+    """Of law = prescribed; of rate = charles at K_c: speed (K/K_c)**rate_exponent [m/s]; [0, inf); default 0.0"""
     rate_constant: float | None
     """Of law = fatigue: C of its rate, m/cycle where the range of K is 1 Pa sqrt(m); of forman times 1 Pa sqrt(m) [m/(Pa m^0.5)^m]; [0, inf); default 0.0"""
     rate_exponent: float | None
-    """Of law = fatigue: m of its rate; [0, inf); default 0.0"""
+    """Of law = fatigue: m of its rate; of charles n; [0, inf); default 0.0"""
     walker_exponent: float | None
     """Of rate = walker: the range of K counts as divided by (1 - R)**(1 - walker_exponent); [0, inf); default 1.0"""
     threshold: float | None
-    """Of law = fatigue: range of K up to which a tip does not grow [Pa m^0.5]; [0, inf); default 0.0"""
+    """Of law = fatigue: range of K up to which a tip does not grow; of charles K [Pa m^0.5]; [0, inf); default 0.0"""
     wheeler_exponent: float | None
     """Of law = fatigue: by which growth is slow within the plastic zone of an overload; 0: it is not; [0, inf); default 0.0"""
     wheeler_stress: float | None
@@ -399,7 +399,7 @@ class Growth(Group):
     extension_factors: float | Sequence[float] | None
     """By which the toughness is multiplied there; (0, inf); no default"""
     speeds: float | Sequence[float] | None
-    """Of the tip, in motion, ascending [m/s]; [0, inf); no default"""
+    """Of the tip, in motion and by rate = toughness, ascending [m/s]; [0, inf); no default"""
     speed_factors: float | Sequence[float] | None
     """By which the toughness is multiplied there; (0, inf); no default"""
     angles: float | Sequence[float] | None
@@ -413,8 +413,8 @@ class Growth(Group):
     """Of benzeggagh_kenane: toughness in mode II [J/m2]; [0, inf); default 0.0"""
     mixed_mode_exponent: float | None
     """Of benzeggagh_kenane: eta; [0.1, 100]; default 1.0"""
-    rate: Literal['paris', 'walker', 'forman'] | None
-    """Of law = fatigue: whose law the way in a load cycle follows; default 'paris'"""
+    rate: Literal['paris', 'walker', 'forman', 'charles', 'toughness'] | None
+    """Of law = fatigue: whose law the way in a load cycle follows; of subcritical: charles, or the speed at which the toughnes; default 'paris'"""
     start: float | None
     """From when on this &growth applies, in motion [s]; [0, inf); default 0.0"""
     end: float | None
