@@ -131,7 +131,8 @@ contains
          rate = max(rate, velocity_range_at(problem, tip%now + tip%nodes%spacing*(ahead*tip%direction + &
                                                                                   beside*(2*corner_offset(k) - 1))))
       end do
-      call look_for_arrival(values%arrival, problem%state%time, pace, rate)
+      call look_for_arrival(values%arrival, problem%state%time, pace, &
+                            rate/problem%materials(tip%material_in(problem%materials))%shear_wave_speed())
    end subroutine look_at_tip
 
    !> Whether the errors of the next row need the present values of a tip.

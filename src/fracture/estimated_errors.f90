@@ -46,7 +46,7 @@ module hampm_estimated_errors
    type :: arrival_t
       real(dp) :: slot = 0                       !! number of its slot
       real(dp) :: last_look = -1                 !! of that of the last look
-      real(dp) :: rate = 0                       !! difference of velocities in a cell then [m/s]
+      real(dp) :: rate = 0                       !! difference of velocities in a cell then, over the speed of shear waves [-]
    end type arrival_t
 
    !> When samples are taken.
@@ -198,7 +198,7 @@ contains
       type(arrival_t), intent(inout) :: arrival
       real(dp), intent(in) :: time               !! [s]
       type(pace_t), intent(in) :: pace
-      real(dp), intent(in) :: rate               !! the largest difference [m/s]
+      real(dp), intent(in) :: rate               !! the largest difference, over the speed of shear waves [-]
       arrival%last_look = slot_of(time, pace)
       if (.not. rate > arrival%rate) return
       if (arrival%rate > 0) then                 ! by whole powers of 4: rounding before a wave has no say

@@ -315,7 +315,8 @@ contains
             end do
          end do
       end associate
-      call look_for_arrival(values%arrival, problem%state%time, pace, rate)
+      call look_for_arrival(values%arrival, problem%state%time, pace, &
+                            rate/problem%materials(values%domain%material)%shear_wave_speed())
    end subroutine look_at_front
 
    !> Whether the errors of the next row need the present values along a front.

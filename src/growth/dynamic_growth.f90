@@ -124,7 +124,7 @@ contains
             is_clear = .true.
             do
                call next_point(m, cracks, growing, k, of, from, direction, cells, to, beyond, at_kink)
-               is_clear = is_clear .and. is_free(model, cracks, tip%crack, from, to)
+               if (is_clear) is_clear = is_free(model, cracks, tip%crack, from, to)
                call cracks%plan_way(k, to)
                if (.not. at_kink) exit
                from = to

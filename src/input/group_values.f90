@@ -131,7 +131,7 @@ module hampm_group_values
    type :: growth_keys_t
       character(name_len) :: crack = ''       !! name of the crack; may be left out where there is one crack
       character(name_len) :: direction = ''   !! where tips go to; path: along points
-      character(name_len) :: rate = ''        !! of law = fatigue: whose law the way in a load cycle follows; of subcritical: ...
+      character(name_len) :: rate = ''        !! of law = fatigue: whose law the way in a cycle follows; of subcritical: ...
       real(dp) :: start = 0.0_dp              !! from when on this &growth applies, in motion [s]
       real(dp) :: increment = 0.0_dp          !! by which a tip advances in a load step at rest; of fatigue that which is ... [m]
       real(dp) :: max_length = 0.0_dp         !! length of the whole crack at which it stops; 0: none [m]

@@ -380,10 +380,11 @@ module hampm_key_table
          unit='m', allowed='(-inf, inf)', fewest=0, most=max_values), &
       key_t('toughness', type_real, &
          'energy release rate at which the crack grows by quasi_static and toughness; by fatigue and'// &
-         ' rate = charles: at which it breaks', default='0.0', example='100.0', unit='J/m2', allowed='[0, inf)', lowest=0.0_dp, &
+         ' charles it breaks then', default='0.0', example='100.0', unit='J/m2', allowed='[0, inf)', lowest=0.0_dp, &
          also='gc|g_c|gic|g_ic'), &
-      key_t('limit_speed', type_real, 'of law = toughness and rate = toughness, which at speed v is toughness/(1 - '// &
-         '(v/limit_speed)**exponent); 0: it is constant', default='0.0', unit='m/s', allowed='[0, inf)', lowest=0.0_dp), &
+      key_t('limit_speed', type_real, &
+         'of law or rate = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent);'//' 0: it is constant', &
+         default='0.0', unit='m/s', allowed='[0, inf)', lowest=0.0_dp), &
       key_t('exponent', type_real, 'of that', default='1.0', allowed='(0, inf)', lowest=0.0_dp, above=.true.), &
       key_t('speed', type_real, 'of law = prescribed; of rate = charles at K_c: speed (K/K_c)**rate_exponent', default='0.0', &
          unit='m/s', allowed='[0, inf)', lowest=0.0_dp), &
@@ -423,8 +424,8 @@ module hampm_key_table
          allowed='[0, inf)', lowest=0.0_dp), &
       key_t('mixed_mode_exponent', type_real, 'of benzeggagh_kenane: eta', default='1.0', allowed='[0.1, 100]', lowest=0.1_dp, &
          highest=100.0_dp), &
-      key_t('rate', type_name, 'of law = fatigue: whose law the way in a load cycle follows; of subcritical: charles, or '// &
-         'the speed at which the toughness is G', default='paris', allowed='paris|walker|forman|charles|toughness'), &
+      key_t('rate', type_name, 'of law = fatigue: whose law the way in a cycle follows; of subcritical: charles, or where '// &
+         'the toughness at a speed is G', default='paris', allowed='paris|walker|forman|charles|toughness'), &
       key_t('start', type_real, 'from when on this &growth applies, in motion', default='0.0', unit='s', allowed='[0, inf)', &
          lowest=0.0_dp), &
       key_t('end', type_real, 'until when; 0: to the end of the run', default='0.0', unit='s', allowed='[0, inf)', &

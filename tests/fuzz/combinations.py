@@ -544,9 +544,9 @@ def units(case):
 
 
 def bits(case):
-    """In units of powers of four, of which roots are exact too: the same bits, as no threshold has a unit. Rates of growth have powers of any exponent."""
+    """In units of powers of four, of times of two, of which roots are exact too: the same bits, as no threshold has a unit. Rates of growth have powers of any exponent."""
     case.need(not any("rate_constant" in keys for _, keys in case.scene))
-    for unit in ((4.0**7, 1.0, 1.0), (1.0, 4.0**5, 1.0), (1.0, 1.0, 4.0**-6)):
+    for unit in ((4.0**7, 1.0, 1.0), (1.0, 4.0**5, 1.0), (1.0, 1.0, 2.0**-11)):
         run = case.again(maps.in_units(case.scene, *unit))
         expected = maps.in_units_columns(case.base.row, case.base.units, *unit)
         other = [name for name in expected if not np.array_equal(expected[name], run.row.get(name, ()), equal_nan=True)]

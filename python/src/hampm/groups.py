@@ -375,9 +375,9 @@ class Growth(Group):
     points: float | Sequence[float] | None
     """Of direction = path: x, y of each point, in the order in which the tip comes to them [m]; (-inf, inf); no default"""
     toughness: float | None
-    """Energy release rate at which the crack grows by quasi_static and toughness; by fatigue and rate = charles: at which it b [J/m2]; [0, inf); default 0.0"""
+    """Energy release rate at which the crack grows by quasi_static and toughness; by fatigue and charles it breaks then [J/m2]; [0, inf); default 0.0"""
     limit_speed: float | None
-    """Of law = toughness and rate = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it is constan [m/s]; [0, inf); default 0.0"""
+    """Of law or rate = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it is constant [m/s]; [0, inf); default 0.0"""
     exponent: float | None
     """Of that; (0, inf); default 1.0"""
     speed: float | None
@@ -414,7 +414,7 @@ class Growth(Group):
     mixed_mode_exponent: float | None
     """Of benzeggagh_kenane: eta; [0.1, 100]; default 1.0"""
     rate: Literal['paris', 'walker', 'forman', 'charles', 'toughness'] | None
-    """Of law = fatigue: whose law the way in a load cycle follows; of subcritical: charles, or the speed at which the toughnes; default 'paris'"""
+    """Of law = fatigue: whose law the way in a cycle follows; of subcritical: charles, or where the toughness at a speed is G; default 'paris'"""
     start: float | None
     """From when on this &growth applies, in motion [s]; [0, inf); default 0.0"""
     end: float | None
