@@ -89,7 +89,7 @@ contains
       widest = acos(-1.0_dp)
       part = 0
       do n = 1, steps
-         angle = widest*(merge(n, 2*n - steps, domain%half) - merge(0.5_dp, 1.0_dp, domain%half))/steps
+         angle = domain%side*widest*(merge(n, 2*n - steps, domain%half) - merge(0.5_dp, 1.0_dp, domain%half))/steps
          x = domain%inner_radius()*in_plane(cos(angle), sin(angle))
          h = 0
          do mode = 1, modes

@@ -37,6 +37,7 @@ module hampm_tip_domain
       integer :: number = -1                     !! of the tip among those of cut cells, -1 if none ends there
       logical :: has_zone = .false.              !! whether cohesion holds faces ahead of it
       logical :: half = .false.                  !! whether the crack is on a symmetry plane and one side of it is modelled
+      real(dp) :: side = 1                       !! which: 1 the upper, -1 the lower one
       real(dp) :: thickness = 0                  !! B; of a crack around an axis the length of its front, 2 pi a [m]
       logical :: is_ring = .false.               !! whether it is one
       type(material_t) :: material               !! in which the tip is

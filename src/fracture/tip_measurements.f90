@@ -3,7 +3,7 @@ module hampm_tip_measurements
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
    use hampm_closed_faces, only: closed_faces_t, sample_behind_tip
-   use hampm_crack_tip, only: crack_tip_t
+   use hampm_crack_tip, only: crack_tip_t, upper
    use hampm_crack_values, only: crack_values_t
    use hampm_cut_cells, only: side_of_ties
    use hampm_domain_integral, only: integrals_t, domain_integrals, shares_of_modes
@@ -85,6 +85,7 @@ contains
       domain%tip_offset = quadratic_tip_offset(problem, tip)
       domain%face_of_line = side_of_ties(tip%direction)
       domain%half = tip%is_half()
+      if (domain%half) domain%side = merge(1, -1, tip%face(upper))
       domain%has_zone = tip%has_zone
       do i = 1, size(problem%grid%cut_cells%ends)
          if (problem%grid%cut_cells%ends(i)%line == tip%crack .and. problem%grid%cut_cells%ends(i)%end == tip%end) domain%number = i

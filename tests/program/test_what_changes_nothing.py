@@ -142,3 +142,24 @@ def test_a_ball_with_a_crack_has_its_mirror_image(hampm3d):
     other = run(hampm3d, text.format(grid=-0.004, center=-0.0025, crack=-0.002, force=-0.3, low=-0.004, high=-0.001))
     for name in ("strain_energy", "kinetic_energy"):
         assert other[name] == pytest.approx(one[name], rel=1e-9), name
+
+
+GRADED = """&run end_time = 1.0 /
+&grid lower = 0.0, {lower}  cell = 0.03  cells = 12, 11 /
+&material name = 'm'  young = 70e9  poisson = 0.3  density = 2700.0 /
+&body material = 'm'  lower = 0.0, {bottom}  upper = 0.36, {top}  profile_direction = 0.0, 1.0  profile_at = {places}  profile_stiffness = {factors} /
+&crack kind = 'symmetry'  tip = 0.15, 0.0 /
+&constraint lower = 0.15, 0.0  upper = 0.36, 0.0  fix = 'y' /
+&load kind = 'pressure'  pressure = -5e6  lower = 0.0, {side}  upper = 0.36, {side} /
+&method time = 'static' /
+&energy_release estimators = 'domain_integral'  t_stress = .true. /
+"""
+
+
+def test_t_stress_of_either_half_of_a_graded_body(hampm):
+    """The singular part that the change of the moduli makes is of the half that there is."""
+    above = run(hampm, GRADED.format(lower=0.0, bottom=0.0, top=0.33, places="-0.01, 0.33", factors="0.5, 2.0", side=0.33))
+    below = run(hampm, GRADED.format(lower=-0.33, bottom=-0.33, top=0.0, places="-0.33, 0.01", factors="2.0, 0.5", side=-0.33))
+    for name in ("K_I", "T_stress", "T_stress_error"):
+        assert below[name] == pytest.approx(above[name], rel=1e-9), name
+    assert abs(above["T_stress"][-1]) > 1e5
