@@ -794,6 +794,7 @@ def damped(case):
 def still(case):
     """From the static equilibrium of what stays as it is nothing ever moves."""
     case.need(case.time != "static" and case.frame == "total" and not (case.meets or case.grows or "viscoelastic" in case.laws))
+    case.need(case.indicator in ("none", "tip"))        # finer cells have another equilibrium
     scene = copy_of(case.scene)
     for keys in groups(scene, "load") + groups(scene, "constraint"):
         for key in ("history", "start", "rise_time", "frequency", "times", "factors", "velocity"):
