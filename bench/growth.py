@@ -6,6 +6,8 @@
     toughness  the equation of motion of that crack: how far it comes, at what speed, G over the toughness
     strip     a crack through a strip with fixed edges: G against the energy stored ahead, after three heights
     long_strip  the same over twenty heights, with cells that follow the tip: drift of G, particles and CPU time of a step at both ends
+    law       the same by toughness/(1 - v/limit): G over the toughness at the speed of the tip, from 1e-4 to 0.9 of that of Rayleigh waves, in the plane
+              and in a slab of one cell, in explicit and implicit steps, with two cells
     dcb       a double cantilever beam whose ends are moved apart, at two rates: load and length against the closed form at rest
     kalthoff  the plate of Kalthoff & Winkler: K before growth against finite elements, the start, the first kink and the mean angle
     cost      CPU time of a step with a crack that grows, over that of one whose crack rests; particles at the end over those at the start
@@ -15,6 +17,7 @@ The solutions are in tests/reference/growth; each file says where it is from. Ru
 """
 
 import csv
+import itertools
 import math
 
 import numpy as np
@@ -341,6 +344,57 @@ def strip(program, arguments):
     write(out, "strip", arguments.output)
 
 
+HALF, GRIP = 10e-3, 2e-6                                # of the strip with fixed edges [m]
+AHEAD = YOUNG * (1 - POISSON) / ((1 + POISSON) * (1 - 2 * POISSON)) * GRIP**2 / HALF  # what it stores, G at any speed (Nilsson 1974) [J/m2]
+
+
+def law_scene(cell, speed, solid, step):
+    """A strip with fixed edges whose crack is to run at a speed: its toughness at rest is half of G, the limit speed twice the speed. `step`: of implicit steps; 0: explicit."""
+    way = 14 * cell if speed < 0.1 * RAYLEIGH else 25e-3
+    left, right, high = -30e-3, 20e-3 + way, HALF + cell
+    z = lambda value: f", {value!r}" if solid else ""
+    box = lambda y_0, y_1, x_0=left, x_1=right: f"lower = {x_0!r}, {y_0!r}{z(0.0)}  upper = {x_1!r}, {y_1!r}{z(cell)}"
+    sides = "".join(f"&constraint lower = {left!r}, {-HALF!r}, {at!r}  upper = {right!r}, {HALF!r}, {at!r}  fix = 'z' /\n" for at in (0.0, cell)) if solid else ""
+    return f"""&run {'' if solid else "plane = 'strain' "} end_time = {way / speed!r} /
+&grid lower = {left!r}, {-high!r}{z(0.0)}  cell = {cell!r}  cells = {round((right - left) / cell)}, {round(2 * high / cell)}{', 1' if solid else ''} /
+&material name = 'a'  young = {YOUNG!r}  poisson = {POISSON}  density = {DENSITY} /
+&body material = 'a'  {box(-HALF, HALF)} /
+&constraint {box(HALF, HALF)}  fix = 'xy'  displacement = 0.0, {GRIP!r}{z(0.0)} /
+&constraint {box(-HALF, -HALF)}  fix = 'xy'  displacement = 0.0, {-GRIP!r}{z(0.0)} /
+&constraint {box(-HALF, HALF, right)}  fix = 'x' /
+{sides}&method start = 'static'  mass = 'weighted'  {f"time = 'implicit'  time_step = {step!r}" if step else ''} /
+&crack kind = 'plane'  normal = 'y'  tip = 0.0, 0.0{z(cell / 2)}  direction = 1.0, 0.0{z(0.0)} /
+&growth law = 'toughness'  direction = 'straight'  toughness = {AHEAD / 2!r}  limit_speed = {2 * speed!r} /
+&energy_release estimators = 'domain_integral' /
+&output file = 'growth.h5'  history_interval = {way / speed / 100!r} /
+"""
+
+
+def law_held(history, cell, speed, solid):
+    """Means over the second half of the way: speed over the right one, G over the toughness and its scatter, and what faces take over the toughness times their area."""
+    way, v, g = (history["crack_area"] / cell, history["front_speed"], history["G_mean"]) if solid else (history["crack_length"], history["tip_speed"], history["G"])
+    late = history["time"] > history["time"][-1] / 2
+    first, last = np.flatnonzero(late)[[0, -1]]
+    far, taken = way[last] - way[first], history["fracture_energy"][last] - history["fracture_energy"][first]
+    mean = far / (history["time"][last] - history["time"][first])
+    ratio = g[late] / (AHEAD / 2) * np.maximum(0.0, 1 - v[late] / (2 * speed))
+    return mean / speed, np.mean(ratio), np.std(ratio), taken / (cell if solid else 1.0) / far / (AHEAD / 2) * max(0.0, 1 - mean / (2 * speed))
+
+
+def law(program, arguments):
+    out = [("v/c_R", "", "steps", "cell [mm]", "speed, over the right one", "G over the toughness", "scatter %", "taken over toughness times area")]
+    solids = Program(arguments.solids, arguments.output)
+    for part, solid, implicit, cell in itertools.product((1e-4, 1e-3, 0.02, 0.2, 0.6, 0.9), (False, True), (False, True), (1e-3, 0.5e-3)):
+        if not implicit and part < 0.02:                # up to a million explicit steps
+            continue
+        speed = part * RAYLEIGH
+        history = (solids if solid else program)(law_scene(cell, speed, solid, cell / speed / 8 if implicit else 0.0))
+        right, ratio, scatter, taken = law_held(history, cell, speed, solid)
+        out.append((f"{part:g}", "slab" if solid else "plane", "implicit" if implicit else "explicit", 1e3 * cell,
+                    f"{right:.3f}", f"{ratio:.3f}", percent(scatter), f"{taken:.3f}"))
+    write(out, "law", arguments.output)
+
+
 def kalthoff(program, arguments):
     out = [("cell", "K_I %", "K_II %", "starts [us]", "first kink", "mean angle", "mean speed [m/s]")]
     for cell in (1e-3, 0.5e-3):
@@ -367,12 +421,12 @@ def cost(program, arguments):
     write(out, "cost", arguments.output)
 
 
-PARTS = {"run": run, "benchmark": benchmark, "slanted": slanted, "toughness": toughness, "strip": strip, "long_strip": long_strip, "dcb": dcb,
+PARTS = {"run": run, "benchmark": benchmark, "slanted": slanted, "toughness": toughness, "strip": strip, "law": law, "long_strip": long_strip, "dcb": dcb,
          "kalthoff": kalthoff, "cost": cost}
 
 
 def main():
-    arguments = command_line(__doc__, list(PARTS), "results/growth")
+    arguments = command_line(__doc__, list(PARTS), "results/growth", solids=(ROOT / "build/release3d/hampm3d", "program of solids, for `law`"))
     program = Program(arguments.program, arguments.output)
     for part in arguments.part:
         PARTS[part](program, arguments)

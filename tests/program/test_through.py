@@ -111,8 +111,8 @@ def test_a_tip_does_not_step_over_another_crack(hampm, drive):
 @pytest.mark.parametrize("direction", ("straight", pytest.param("hoop_stress", marks=pytest.mark.verify)))
 @pytest.mark.parametrize("contact", ("", "contact = 'frictionless'", "contact = 'friction'  friction = 0.3"))
 def test_a_moved_piece_whose_faces_may_touch_parts(hampm, contact, direction):
-    """Open faces hold nothing: a piece that a frame moves has no load from there on, and stores nothing. With faces that may touch a balance seemed to be found, with displacements of
-    1e7 m, the last increment was taken back, and the tip rested 2.7 mm before the surface with 1.2 times its toughness; or the run ended with exit code 3."""
+    """Open faces hold nothing: a piece that a frame moves has no load from there on, and stores nothing. Faces that may touch seemed to balance it, with displacements
+    of 1e7 m: the last increment was taken back, and the tip rested 2.7 mm before the surface with 1.2 times its toughness; or the run ended with exit code 3."""
     text = at_rest([[(-20e-3, 0.1e-3), (-8e-3, 0.1e-3)]], 16, increment=2e-3, direction=direction, more=MOVED.format(most=1e-4))
     row, said = run_told(hampm, text.replace("-0.008, 0.0001 /", f"-0.008, 0.0001  {contact} /"))
     parted = row["tip_x"] > 20e-3 * (1 - 1e-6)
