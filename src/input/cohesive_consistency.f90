@@ -42,7 +42,6 @@ contains
       integer, intent(in) :: k
       integer, intent(in) :: entry
       logical :: is_table
-      integer :: i
       is_table = settings%text(entry, 'law') == 'table'
       associate (o => model%cohesive(k)%openings, t => model%cohesive(k)%tractions, n => size(model%cohesive(k)%openings))
          if (n /= size(t)) then
@@ -54,7 +53,7 @@ contains
                                    'must ascend to where faces have parted, '//to_text(o(n))//' m')
          else if (any(t(:n - 1) <= 0) .or. t(n) > 0) then
             if (is_table) call settings%complain(entry, 'tractions', 'must be above 0, but the last, which is 0')
-         else if (any([(t(i)*(o(i - 1) - o(1)/t(1)*t(i - 1)) >= t(i - 1)*(o(i) - o(1)/t(1)*t(i)), i=2, n)])) then
+         else if (any(t(2:)*o(:n - 1) >= t(:n - 1)*o(2:))) then ! that it gives way, o(1)/t(1)*t, cancels
             call settings%complain(entry, 'tractions', 'must rise less than the openings do, as damage cannot heal: '// &
                                    'traction over opening falls from point to point, without what the first point gives way')
          end if

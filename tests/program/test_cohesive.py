@@ -24,20 +24,28 @@ BAR = """&run plane = 'stress'  thickness = 1e-3  end_time = 1.0 /
 &output file = 'out.h5' /
 """
 LAWS = {"linear": "law = 'linear'  strength = 1e6  toughness = 20.0", "bilinear": "law = 'bilinear'  strength = 1e6  toughness = 20.0  opening = 4e-6",
-        "table": "law = 'table'  openings = 0.0, 1e-5, 6e-5  tractions = 1e6, 0.5e6, 0.0"}
+        "table": "law = 'table'  openings = 0.0, 1e-5, 6e-5  tractions = 1e6, 0.5e6, 0.0",
+        "hardening": "law = 'table'  openings = 4e-6, 1e-5, 6e-5  tractions = 1e6, 1.5e6, 0.0"}
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_a_bar_parts(hampm, law):
     """All of its force follows from its end: u = T L/E + the opening, and what is taken is the toughness by the section."""
     row = run(hampm, BAR.format(way=7e-5, law=LAWS[law]))
-    openings, tractions = {"linear": ([0, 4e-5], [1e6, 0]), "bilinear": ([4e-6, 4e-5], [1e6, 0]), "table": ([0, 1e-5, 6e-5], [1e6, 0.5e6, 0])}[law]
+    openings, tractions = {"linear": ([0, 4e-5], [1e6, 0]), "bilinear": ([4e-6, 4e-5], [1e6, 0]), "table": ([0, 1e-5, 6e-5], [1e6, 0.5e6, 0]),
+                           "hardening": ([4e-6, 1e-5, 6e-5], [1e6, 1.5e6, 0])}[law]
     layer = 1e-3 / 3 / 1e9                                             # the compliance of the layer of the cells
     u = np.array([o + t * (10e-3 / 1e9 + layer) for o, t in zip(openings, tractions)])
     expected = np.interp(7e-5 * row["time"], [0, *u], [0, *tractions]) * 4e-6
     assert np.max(np.abs(row["reaction_end_x"] - expected)) < 2e-3 * 4
     assert row["cohesive_energy"][-1] == pytest.approx(4e-6 * np.trapezoid([0, *tractions], [0, *openings]), rel=2e-6)
     assert np.max(np.abs(row["numerical_loss"])) < 2e-3 * row["external_work"][-1]
+
+
+def test_tractions_that_rise_as_their_openings_are_refused(hampm):
+    """The secant stiffness falls from point to point: damage does not heal."""
+    said = run(hampm, BAR.format(way=1e-6, law="law = 'table'  openings = 4e-6, 6e-6, 6e-5  tractions = 1e6, 1.501e6, 0.0"), code=2)
+    assert "tractions = 1e6, 1.501e6, 0.0: must rise less than the openings do" in said
 
 
 def test_a_bar_that_snaps_back_says_so(hampm, tmp_path):
