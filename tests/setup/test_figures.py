@@ -105,7 +105,7 @@ FRONT = "study,setting,estimator,particles,cpu_seconds,error_percent,sustained_p
 
 def test_accuracy_against_cost_is_drawn_from_the_tables_beside_the_page(tmp_path, monkeypatch):
     """The front and up to five families, each in one colour on all pictures; those of the docs too."""
-    monkeypatch.syspath_prepend(ROOT / "bench")
+    monkeypatch.syspath_prepend(ROOT / "tools")
     import tradeoff_pictures
     (tmp_path / "advice.csv").write_text(ADVICE)
     (tmp_path / "front.csv").write_text(FRONT)
