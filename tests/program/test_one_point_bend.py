@@ -10,7 +10,7 @@ import pytest
 import harness
 from paths import INPUT, ROOT
 
-sys.path.insert(0, str(ROOT / "bench"))
+sys.path.insert(0, str(ROOT / "tools/references"))
 from one_point_bend import struck_beam  # noqa: E402
 
 COARSE = ("grid.cell=2e-3", "grid.cells=62,55", "energy_release.radii=4e-3", "output.snapshot_interval=0")
