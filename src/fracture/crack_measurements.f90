@@ -48,6 +48,7 @@ contains
       type(tip_field_t) :: field(2)
       type(turn_t) :: turn
       logical :: agree                           ! whether J and K of the field are to be of one G
+      logical :: is_row                          ! whether openings may count, which have no error
       associate (p => problem%particles, grid => problem%grid, tip => cracks%tips(number), &
                  factors => factors_at(problem%loads, problem%state%time))
          if (tip%is_measured()) then
@@ -59,10 +60,11 @@ contains
             end if
             call turn_values(turn, tip%speed, problem%materials(tip%material_in(problem%materials)), values)
          end if
-         if (.not. present(for_waves)) &
+         is_row = .not. (present(for_waves) .and. values%in_sets)
+         if (is_row) &
             values%mouth = opening_at(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, problem, p)
          if (.not. tip%is_measured()) return
-         if (.not. present(for_waves) .or. tip%grown > 0) call find_openings_behind(tip, problem, p, values)
+         if (is_row) call find_openings_behind(tip, problem, p, values)
          if (tip%grown > 0 .and. .not. tip%has_layers) then ! K by fields has no certain sign near the speed of Rayleigh waves
             values%intensity(1) = sign(values%intensity(1), values%behind(1))
             values%domain(1) = sign(values%domain(1), values%behind(1))

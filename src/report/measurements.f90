@@ -332,7 +332,7 @@ contains
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
          call measure_crack(problem, cracks, k, state, m%extrapolation, m%crack(k), m%rate, failure, for_waves)
       end do
-      if (present(for_waves)) return
+      if (present(for_waves) .and. any(model%energy_release%chosen%needs_mass)) return
       m%steps = problem%state%steps
       m%layout = problem%blocks%layout
    end subroutine measure_tips
