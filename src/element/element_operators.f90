@@ -28,8 +28,7 @@ module hampm_element_operators
    implicit none
    private
    public :: element_operators_t, find_operators, keeps_sums, add_up, add_up_from, apply_to_runs, &
-             pass_by_all_operators, refresh_sums, assemble_all, give_to_particles, lend_to_particles, take_back, &
-             archive_gains
+             pass_by_all_operators, refresh_sums, assemble_all, give_to_particles, archive_gains
 
    integer, parameter :: runs_per_task = 16      !! size of a thread's task
 
@@ -299,59 +298,6 @@ contains
       end if
       call clear_sums(operators)
    end subroutine give_to_particles
-
-   !> Give some particles their increments, for a look at them between steps; no sum changes.
-   subroutine lend_to_particles(operators, m, wanted, lent, before)
-      type(element_operators_t), intent(in) :: operators
-      type(matter_t), intent(inout) :: m
-      logical, intent(in) :: wanted(:)                  !! which particles
-      integer, allocatable, intent(out) :: lent(:)      !! those that are behind
-      real(dp), allocatable, intent(out) :: before(:, :, :) !! their velocity, displacement and its gradient,
-                                                        !! (ndim, 2 + ndim, particles)
-      logical :: are_passed(m%grid%n_elements)
-      real(dp) :: shape(m%grid%n_functions), slopes(m%grid%n_functions, ndim)
-      integer :: at(m%grid%n_functions), i, k, l
-      are_passed = .false.
-      do k = 1, size(operators%with)
-         associate (cells => m%blocks%cells(:, operators%with(k)))
-            do l = 1, count(cells > 0)
-               are_passed(cells(l)) = .true.
-            end do
-         end associate
-      end do
-      associate (p => m%particles)
-         lent = pack([(i, i=1, p%n)], wanted(:p%n))
-         lent = pack(lent, are_passed(p%cell(lent)))
-         allocate (before(ndim, 2 + ndim, size(lent)))
-         do l = 1, size(lent)
-            i = lent(l)
-            before(:, 1, l) = p%velocity(i, :)
-            before(:, 2, l) = p%displacement(i, :)
-            before(:, 3:, l) = p%gradient(i, :, :)
-            at = m%nodes_of(i)
-            shape = m%functions_of(i)
-            slopes = m%gradients_of(i)
-            do k = 1, size(at)
-               p%velocity(i, :) = p%velocity(i, :) + operators%kick(:, at(k))*shape(k)
-               p%displacement(i, :) = p%displacement(i, :) + operators%move(:, at(k))*shape(k)
-            end do
-            p%gradient(i, :, :) = p%gradient(i, :, :) + matmul(operators%strain(:, at), slopes)
-         end do
-      end associate
-   end subroutine lend_to_particles
-
-   !> Let particles be behind again.
-   pure subroutine take_back(lent, before, p)
-      integer, intent(in) :: lent(:)
-      real(dp), intent(in) :: before(:, :, :)           !! as of `lend_to_particles`
-      type(particles_t), intent(inout) :: p
-      integer :: l
-      do l = 1, size(lent)
-         p%velocity(lent(l), :) = before(:, 1, l)
-         p%displacement(lent(l), :) = before(:, 2, l)
-         p%gradient(lent(l), :, :) = before(:, 3:, l)
-      end do
-   end subroutine take_back
 
    !> Begin new sums.
    subroutine clear_sums(operators)

@@ -12,11 +12,11 @@ module hampm_growth_in_motion
    use hampm_growth_room, only: find_loose_tips
    use hampm_interface_points, only: interface_energy, is_half
    use hampm_kinds, only: dp, ndim
-   use hampm_measurements, only: has_measured_tips, measurements_t
+   use hampm_measurements, only: has_measured_tips, measure_tips, measurements_t
    use hampm_mesh_changes, only: change_cut
    use hampm_nodal_state, only: external_force, internal_force
    use hampm_problem, only: problem_t, refresh_grid, update_particles
-   use hampm_simulation, only: simulation_t, measure_between_rows
+   use hampm_simulation, only: simulation_t
    implicit none
    private
    public :: prepare_motion, advance_by_trials, follow_motion
@@ -41,7 +41,8 @@ contains
       type(failure_t), intent(inout) :: failure
       if (failure%failed()) return
       if (s%growing%is_implicit .or. .not. has_measured_tips(s%problem, s%measurements)) then ! trials repeat a step
-         call measure_between_rows(s, failure)
+         call update_particles(s%problem)
+         call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure)
       end if
       if (failure%failed()) return
       call lay_points(s%growing, s%measurements%fronts)

@@ -19,7 +19,7 @@ module hampm_recording
    use hampm_progress, only: standing_t
    use hampm_static_equilibrium, only: find_distance_to_equilibrium
    use hampm_model, only: model_t
-   use hampm_simulation, only: simulation_t, measure_state, measure_between_rows, warnings, is_near_equilibrium
+   use hampm_simulation, only: simulation_t, measure_state, warnings, is_near_equilibrium
    use hampm_snapshots, only: piece_t
    use hampm_text, only: joined, to_text
    use hampm_threads, only: thread_count, host_name
@@ -164,11 +164,15 @@ contains
          has_measured = .true.
          call book_growth(s)
       else if (must_book_growth(s)) then
-         if (.not. has_measured) call measure_between_rows(s, failure)
+         if (.not. has_measured) then
+            call update_particles(s%problem)
+            call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure)
+         end if
          has_measured = .true.
          call book_growth(s)
       else if (.not. has_measured .and. need_sample(s%model, s%problem, s%cracks, s%measurements, next_row(s), s%dt)) then
-         call measure_between_rows(s, failure, for_waves=.true.)
+         call update_particles(s%problem)
+         call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure, for_waves=.true.)
          has_measured = .true.
       end if
       if (failure%failed()) return

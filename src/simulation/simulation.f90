@@ -9,15 +9,14 @@ module hampm_simulation
    use hampm_crack_errors, only: estimate_errors
    use hampm_cracks, only: cracks_t
    use hampm_critical_step, only: stable_time_step
-   use hampm_element_operators, only: lend_to_particles, take_back
    use hampm_equilibrium, only: equilibrium_t
    use hampm_failure, only: failure_t
    use hampm_growing, only: growing_t, new_growing
    use hampm_integrator, only: integrator_t
    use hampm_interruption, only: interruption_t
    use hampm_largest_step, only: default_courant, default_part
-   use hampm_measurements, only: measurements_t, new_measurements, rebuild_extrapolation, measure, measure_tips
-   use hampm_problem, only: problem_t, update_particles
+   use hampm_measurements, only: measurements_t, new_measurements, rebuild_extrapolation, measure
+   use hampm_problem, only: problem_t
    use hampm_edge_loads, only: lay_loads
    use hampm_pressed_faces, only: press_faces
    use hampm_progress, only: progress_t
@@ -29,11 +28,9 @@ module hampm_simulation
    use hampm_model, only: model_t
    use hampm_text, only: add_line
    use hampm_threads, only: use_threads
-   use hampm_tip_domain, only: particles_in
    implicit none
    private
-   public :: simulation_t, build, rebuild_on_mesh, limit_time_step, follow_stiffening, measure_state, measure_between_rows, &
-             warnings, is_near_equilibrium
+   public :: simulation_t, build, rebuild_on_mesh, limit_time_step, follow_stiffening, measure_state, warnings, is_near_equilibrium
 
    real(dp), parameter :: near_equilibrium = 0.01_dp !! distance to equilibrium up to which values count as static [-]
 
@@ -156,47 +153,6 @@ contains
       call measure(s%model, s%problem, s%cracks, s%measurements, failure)
       if (present(in_passing)) s%measurements%overlap = before%overlap
    end subroutine measure_state
-
-   !> Measure tips between rows. Particles that are behind stay so; those around tips are brought to the time for it, all where
-   !> more of them count.
-   subroutine measure_between_rows(s, failure, for_waves)
-      type(simulation_t), intent(inout) :: s
-      type(failure_t), intent(inout) :: failure
-      logical, intent(in), optional :: for_waves !! whether for samples alone
-      real(dp), parameter :: around = 4          ! cells around discs
-      real(dp), allocatable :: before(:, :, :)
-      real(dp) :: reach                          ! [m]
-      integer, allocatable :: lent(:)
-      logical, allocatable :: near(:)
-      integer :: k
-      associate (m => s%problem, tips => s%cracks%tips)
-         if (.not. m%cache%operators%is_behind .or. looks_far()) then
-            call update_particles(m)
-            call measure_tips(s%model, m, s%cracks, s%measurements, failure, for_waves)
-            return
-         end if
-         allocate (near(m%particles%n), source=.false.)
-         do k = 1, size(tips)
-            if (.not. tips(k)%is_measured()) cycle
-            reach = maxval([0.0_dp, tips(k)%radii]) + around*tips(k)%nodes%spacing
-            if (tips(k)%grown > 0) reach = reach + maxval([0.0_dp, tips(k)%radii]) ! it may be measured before a kink
-            near(particles_in(tips(k)%now, reach, m%grid, m%blocks)) = .true.
-         end do
-         call lend_to_particles(m%cache%operators, m%matter_t, near, lent, before)
-         call measure_tips(s%model, m, s%cracks, s%measurements, failure, for_waves)
-         call take_back(lent, before, m%particles)
-      end associate
-
-   contains
-
-      !> Whether more than particles around tips count: for fronts, values that a mass matrix extrapolates, and forces that are not
-      !> those of the last step.
-      pure logical function looks_far()
-         looks_far = size(s%measurements%fronts) > 0 .or. any(s%model%energy_release%chosen%needs_mass) .or. &
-                     allocated(s%problem%blocks%supports) .or. &
-                     .not. (s%problem%cache%mapped .and. s%problem%scheme%map_at_start%map_force)
-      end function looks_far
-   end subroutine measure_between_rows
 
    !> Warnings on the numbers of a run, a line each; '' if there are none.
    function warnings(s) result(text)
