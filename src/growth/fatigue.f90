@@ -500,6 +500,9 @@ contains
       call history%record('delta_K', 'Pa m^0.5', 'range of the stress intensity factor in the present load cycle', range)
       call history%record('ratio_of_K', '1', 'least over largest stress intensity factor in it', ratio)
       call history%record('growth_rate', 'm', 'way of the tip in that load cycle', rates(tip))
+      if (.not. with_errors) return
+      call history%record('delta_K_error', 'Pa m^0.5', 'estimated error of delta_K', fatigue%off*range)
+      call history%record('growth_rate_error', 'm', 'estimated error of growth_rate', errors(tip))
    end subroutine record_cycle
 
    !> Error of the way of a tip at a time: what it goes in the error of that, and what it has not gone yet [m].

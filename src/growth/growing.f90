@@ -58,6 +58,9 @@ module hampm_growing
       real(dp) :: slope = 0                      !! change of atan(K_II/K_I) with the angle of that, of a short kink
       real(dp) :: place(ndim) = 0                !! place of a front point: after the last load step, or as last measured [m]
       real(dp) :: width = 0                      !! of a front point: its length of the front, last measured [m]
+      real(dp) :: off_path = 0                   !! sum of squares of what its ways are off in direction [m2]
+      real(dp) :: lag = 0                        !! by which straight increments are beside a path that turns [m]
+      real(dp) :: heading = 0                    !! direction of the last, from x to the left [rad]
       ! In motion, of tips of law = toughness in implicit steps, which search for their advance
       real(dp) :: excess = 0                     !! G over the toughness, less 1, after the last step [-]
       real(dp) :: lagged_excess = -1             !! the same, explicit: as it follows in the time for which a cut shakes cells [-]
@@ -71,6 +74,11 @@ module hampm_growing
       logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
       real(dp) :: speed = 0                      !! of the same: recent speed [m/s]
       real(dp) :: lagged_speed = 0               !! that to which its measured G belongs [m/s]
+      real(dp) :: speed_error = 0                !! of law = toughness: estimated error of its speed, without its swing [m/s]
+      real(dp) :: mean_speed = 0                 !! over the last cells [m/s]
+      real(dp) :: swing = 0                      !! mean square of what its speed differs by from that [m2/s2]
+      real(dp) :: way_error = 0                  !! that of its way, from the errors of its speed since it started [m]
+      real(dp) :: gone = 0                       !! way at its speeds [m]
       real(dp) :: toughness = 0                  !! to which its G is equal as it runs; 0 where that is not so [J/m2]
       real(dp) :: driving = 0                    !! G at its speed, of law = toughness, last measured [J/m2]
       real(dp) :: driving_of_forces = 0          !! that to which the forces of failing points belong [J/m2]
@@ -90,6 +98,8 @@ module hampm_growing
       type(branching_t) :: branching             !! at the last sample
    contains
       procedure :: has_arrested
+      procedure :: place_error
+      procedure :: of_one_speed
    end type growing_point_t
 
    !> The next advance of a point.
@@ -128,6 +138,7 @@ module hampm_growing
       real(dp) :: frame_displacement = 0         !! that at its other end [m]
       real(dp) :: controlled = 0                 !! of the controlled quantity, at the end of the step before
       real(dp) :: compliance = 0                 !! change of `frame_displacement` with the load factor; 0: not known [m]
+      real(dp) :: rise = 0                       !! change of the controlled quantity with the way of tips at their toughness [1/m]
       real(dp) :: part = 1                       !! part of an increment for the advance of tips
       logical :: have_onsets = .false.           !! whether cracks may appear
       integer :: onset_crack = 0                 !! number of the next one; 0: none
@@ -529,6 +540,19 @@ contains
       has_arrested = self%last_motion >= 0 .and. time - self%last_motion > max(self%memory, dt/2)
    end function has_arrested
 
+   !> Estimated error of the place of a point in motion: what it has gone wrong, and by what it has started early or late [m].
+   elemental real(dp) function place_error(self, speed)
+      class(growing_point_t), intent(in) :: self
+      real(dp), intent(in) :: speed              !! [m/s]
+      place_error = sqrt(self%way_error**2 + (speed*max(self%onset_error, 0.0_dp))**2)
+   end function place_error
+
+   !> Estimated error of the speed of a point in motion, with its swing from cell to cell [m/s].
+   elemental real(dp) function of_one_speed(self)
+      class(growing_point_t), intent(in) :: self
+      of_one_speed = self%speed_error + 2*sqrt(self%swing)
+   end function of_one_speed
+
    !> Record where a tip is.
    subroutine record_place(cracks, tip, history)
       type(cracks_t), intent(in) :: cracks
@@ -588,6 +612,14 @@ contains
          if (.not. all(model%growth%law%gives_speed())) &
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
                                 next%toughness)
+         if (.not. growing%is_static .and. values%errors%are_known .and. .not. all(model%growth%law%gives_speed())) then
+            associate (point => growing%points(tip))
+               call history%record('tip_speed_error', 'm/s', 'estimated error of tip_speed', &
+                                   point%of_one_speed())
+               call history%record('crack_length_error', 'm', 'estimated error of crack_length at this time, by this tip', &
+                                   point%place_error(of%speed))
+            end associate
+         end if
          history%is_of_none = .not. of%is_measured()
          if (growing%has_rates) call record_cycle(growing%fatigue, model, tip, values%errors%are_known, history)
          history%is_of_none = history%is_of_none .or. .not. material%isotropic .or. material%has_history .or. of%has_layers
@@ -596,6 +628,9 @@ contains
          if (.not. growing%is_static) call record_branching(growing%points(tip)%branching, &
                                                             .not. all(model%growth%law%gives_speed()), history)
          if (.not. growing%is_static .or. law == 0) return
+         if (model%growth(law)%direction /= 'straight' .and. values%errors%are_known) &
+            call history%record('path_error', 'm', 'estimated distance of the tip from its path, across it', &
+                                sqrt(growing%points(tip)%off_path) + abs(growing%points(tip)%lag))
          if (model%growth(law)%direction /= 'max_energy') return
          call history%record('G_kink', 'J/m2', 'energy release rate of the kink by which the tip goes on, by max_energy', next%rate)
          call history%record('kink_angle', 'deg', 'angle of that kink, to the left', next%kink*180/acos(-1.0_dp))
@@ -685,6 +720,7 @@ contains
       if (growing%has_rates) call archive_fatigue(growing%fatigue, archive)
       call archive%serialise('controlled', growing%controlled)
       call archive%serialise('compliance', growing%compliance)
+      call archive%serialise('rise', growing%rise)
       call archive%serialise('have_no_load', growing%have_no_load)
       call archive%serialise('onset_crack', growing%onset_crack)
       call archive%serialise('onset_length', growing%onset_length)
@@ -714,10 +750,19 @@ contains
       call archive%archive_reals('rate', n, growing%points%rate)
       call archive%archive_reals('kink', n, growing%points%kink)
       call archive%archive_reals('extension', n, growing%points%extension)
+      call archive%archive_reals('off_path', n, growing%points%off_path)
+      call archive%archive_reals('lag', n, growing%points%lag)
+      call archive%archive_reals('heading', n, growing%points%heading)
       call archive%archive_reals('width', n, growing%points%width)
       call archive%archive_reals('shear', n, growing%points%shear)
       call archive%archive_reals('speed', n, growing%points%speed)
       call archive%archive_reals('lagged_speed', n, growing%points%lagged_speed)
+      call archive%archive_reals('speed_error', n, growing%points%speed_error)
+      call archive%archive_reals('mean_speed', n, growing%points%mean_speed)
+      call archive%archive_reals('swing', n, growing%points%swing)
+      call archive%archive_reals('way_error', n, growing%points%way_error)
+      call archive%archive_reals('onset_error', n, growing%points%onset_error)
+      call archive%archive_reals('gone', n, growing%points%gone)
       call archive%archive_reals('excess', n, growing%points%excess)
       call archive%archive_reals('lagged_excess', n, growing%points%lagged_excess)
       call archive%archive_reals('toughness', n, growing%points%toughness)
@@ -734,7 +779,6 @@ contains
       call archive%archive_reals('room', n, growing%points%room)
       call archive%archive_reals('booked', n, growing%points%booked)
       call archive%archive_reals('onset', n, growing%points%onset)
-      call archive%archive_reals('onset_error', n, growing%points%onset_error)
       call archive%archive_reals('last_motion', n, growing%points%last_motion)
       do k = 1, modes
          call archive%archive_reals('sum_of_k_'//to_text(k), n, growing%points%sum_of_k(k))

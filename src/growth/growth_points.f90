@@ -9,7 +9,8 @@ module hampm_growth_points
    use hampm_growing, only: growing_t, growing_point_t, next_t, part_of_crack, widths_of
    use hampm_model, only: model_t
    use hampm_problem, only: problem_t
-   use hampm_toughness, only: advance_t
+   use hampm_tensors, only: norm
+   use hampm_toughness, only: advance_t, direction_of
    implicit none
    private
    public :: next_of_points, book_fracture, book_rate, must_book
@@ -74,7 +75,19 @@ contains
       type(crack_values_t), intent(in) :: values(:)
       type(front_values_t), intent(in) :: fronts(:)
       type(problem_t), intent(inout) :: m
-      real(dp) :: taken
+      real(dp), parameter :: pi = acos(-1.0_dp)
+      real(dp) :: taken, turn
+      integer :: k
+      do k = 1, size(values)                     ! a kink is 2 K_II/K_I, if that is small; between increments a path has half of it
+         associate (point => growing%points(k), of => values(k))
+            if (.not. (point%advance > 0 .and. cracks%tips(k)%is_measured() .and. of%errors%are_known)) cycle
+            turn = 2*of%errors%intensity(2)%now/max(norm(of%intensity), tiny(turn))
+            point%off_path = point%off_path + (point%advance*min(turn, 1.0_dp))**2
+            turn = modulo(direction_of(cracks%tips(k)%axis(:, 1)) - point%heading + pi, 2*pi) - pi
+            if (point%extension > 0) point%lag = point%lag + point%advance*turn/2
+            point%heading = point%heading + turn
+         end associate
+      end do
       call integrate_rate(growing, model, cracks, values, fronts, growing%points%advance, taken)
       m%energies%fracture_energy = m%energies%fracture_energy + taken
       if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken

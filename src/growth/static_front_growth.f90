@@ -486,7 +486,7 @@ contains
          speeds = rates_of(fatigue, model, fatigue%at, 1)
          off = way_error(fatigue, [(k, k=1, size(off))], speeds)
          call history%record_along_front('speed', 'm/s', 'speed at which the front grows there', speeds(first:last))
-         call history%record('crack_area_error', 'm2', 'estimated error of crack_area at this time, by this front', &
+         call history%record('crack_area_error', 'm2', 'estimated error of crack_area at this time', &
                              front%domain%front%length*sum(parts_of(front)*off(first:last)))
          call history%record_along_front('extension_error', 'm', 'estimated error of extension', off(first:last))
          off = errors_of_rates(fatigue, model)

@@ -404,6 +404,7 @@ contains
          call load_in_symmetry(s, failure)
          if (failure%failed()) return
          critical = controlled(s)
+         s%growing%rise = (abs(critical) - abs(last))/maxval(s%growing%points%advance)
          if (abs(critical) < abs(target)) cycle
          call shorten_increment(s, before, factor, last, target, failure)
          if (s%is_over) return
@@ -438,6 +439,7 @@ contains
          s%growing%part = part(1) - off(1)*(part(2) - part(1))/(off(2) - off(1))
          ended = count(s%growing%points%has_ended)
          s%cracks = before                       ! as before that increment, with the loads there
+         s%growing%points%advance = 0            ! the toughness there is not that of its end
          call see_around_tips(s%model, s%cracks)
          call cut_anew(s, failure)
          call rescale(s, factor, failure)

@@ -60,8 +60,9 @@ contains
       now = s%growing%fatigue%at
       call measure_cycles(s, now, failure)
       if (.not. any(ways > 0)) s%growing%fatigue%at = now
-      if (failure%failed() .or. .not. any(ways > 0)) return
       off = part_of_rate(s%problem, s%cracks, s%measurements)/2
+      s%growing%fatigue%off = off
+      if (failure%failed() .or. .not. any(ways > 0)) return
       if (has_fronts(s)) then
          call follow_points()
       else

@@ -28,7 +28,8 @@ GROUPS = {"growth": "law = 'quasi_static'  direction = 'straight'  toughness = 1
           "refine": "indicator = 'tip'", "probe": "quantity = 'displacement'  at = 0.0, 0.0"}
 LAWS = {"j2_plastic": "yield_stress = 1e8", "viscoelastic": "moduli = 1e9  relaxation_times = 1.0", "mooney_rivlin": "c01 = 1e5",
         "orthotropic": "young_1 = 1e11  young_2 = 1e10  shear_12 = 5e9  poisson_12 = 0.3"}
-GROWTHS = {"prescribed": "speed = 100.0", "fatigue": "increment = 1e-3  rate_constant = 1e-29  rate_exponent = 3.0"}
+GROWTHS = {"prescribed": "speed = 100.0", "fatigue": "increment = 1e-3  rate_constant = 1e-29  rate_exponent = 3.0",
+           "subcritical": "increment = 1e-3  rate = 'charles'  speed = 1e-3  rate_exponent = 5.0"}
 CONDITION = re.compile(r"&(\w+)(?: (\w+)(?: (=|/=|<|>) ([^&]*?))?)?(?= and | or |$)")
 SIZES = ("0.01", "1.0", "0.0, 1.0", ".true.")      # of keys that only have to be given
 WORDS = {"a mass matrix that acts": ("method", "time", "'explicit'"), "quadratic cells": ("grid", "order", "2"), "several cracks": ("crack", "", "")}

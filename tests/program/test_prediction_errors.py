@@ -1,0 +1,53 @@
+"""What growth predicts has errors that hold: where a crack rests in a load frame along a toughness that rises, its start, speed and way in motion, the path that it takes."""
+
+import sys
+
+import numpy as np
+import pytest
+from paths import BENCH
+
+from harness import run
+
+sys.path.insert(0, str(BENCH))
+
+from crack_references import slanted_growth  # noqa: E402
+
+STRIP = """&run plane = 'stress'  end_time = 8 /
+&grid lower = 0, -1e-3  cell = 1e-3  cells = 120, 12 /
+&material name = 'm'  young = 3e9  poisson = 0.2  density = 1000 /
+&body material = 'm'  lower = 0, 0  upper = 0.12, 0.01 /
+&constraint lower = 0, 0.01  upper = 0.12, 0.01  fix = 'xy'  displacement = 0, {apart} /
+&constraint lower = 0.041, 0  upper = 0.12, 0  fix = 'y' /
+&constraint lower = 0.12, 0  upper = 0.12, 0.01  fix = 'x' /
+&crack kind = 'symmetry'  tip = 0.041, 0 /
+&growth direction = 'straight'  toughness = 100  increment = 2e-3  extensions = 0, 0.03  extension_factors = 1, 2.74 /
+&control quantity = 'displacement'  displacement = {apart}  history = 'ramp'  rise_time = 8 /
+&method time = 'static'  load_steps = 8 /
+&energy_release estimators = 'domain_integral' /
+&output file = 'out.h5' /
+"""
+
+
+def test_a_crack_rests_where_its_toughness_is_the_energy_release_rate(hampm):
+    """A strip between rigid grips: G = E u**2/((1 - nu**2) H) at any length, and the toughness tells the way, whatever the increment."""
+    apart = np.sqrt(100 * 0.01 * (1 - 0.2**2) / 3e9 * (1 + 0.6 * 1.74))
+    row = run(hampm, STRIP.format(apart=float(apart)))
+    way = np.maximum(0, (3e9 * (apart * row["time"] / 8)**2 / 0.96 / 0.01 / 100 - 1) / 1.74 * 0.03)
+    off = np.abs(row["crack_length"] - 0.041 - way)
+    print("ways", way, "off by", off, "estimate", row["crack_length_error"])
+    assert way[-1] == pytest.approx(0.018) and np.sum(way > 0) >= 2
+    assert np.all(off < 5e-4) and np.all(row["crack_length_error"][way > 0] > 0)  # K varies by half a percent with the place of the tip in its cell
+    assert row["G"][way > 0] == pytest.approx(row["toughness"][way > 0], rel=4e-3)
+
+
+def test_a_path_has_an_error(hampm):
+    """The slanted crack of an integral equation with increments of half the size: both tips are as near to its path as they say, and no path says three times a cell."""
+    row = run(hampm, slanted_growth(5))
+    lines = (BENCH.parent / "tests/reference/growth/p1_path_slanted_45.csv").read_text().splitlines()
+    fine = [[float(x) for x in line.split(",")[3:5]] for line in lines if line.startswith("0.8 mm,2,")]
+    path = np.array(fine) * 1e-3
+    for tip in ("", "_tip2"):
+        at = np.abs(np.stack([row["tip_x" + tip], row["tip_y" + tip]], axis=1))
+        off = [min(abs((b - a)[0] * (x - a)[1] - (b - a)[1] * (x - a)[0]) / np.linalg.norm(b - a) for a, b in zip(path, path[1:]) if np.dot(b - a, x - a) >= -1e-9 and np.dot(a - b, x - b) >= -1e-4) for x in at[1:]]
+        print("off by", off, "estimate", row["path_error" + tip])
+        assert np.all(np.array(off)[1:] <= row["path_error" + tip][2:]) and row["path_error" + tip][-1] < 3e-4  # the first increment is another one by half
