@@ -17,6 +17,7 @@ module hampm_fatigue
    use hampm_model, only: model_t
    implicit none
    private
+   public :: time_error
    public :: fatigue_t, new_fatigue, advances_of, count_cycles, pass_time, has_fractured, has_loads, largest_loads, record_cycle, &
              rates_of, errors_of_rates, way_error, &
              archive_fatigue
@@ -512,6 +513,17 @@ contains
       real(dp), intent(in) :: rate               !! its speed [m/s]
       way_error = rate*fatigue%error + abs(fatigue%advance_deficit(tip))
    end function way_error
+
+   !> Error of the time at which the tips are where they are: from K and the increments, and what the fastest one has not gone yet,
+   !> or too far, over its speed [s].
+   pure real(dp) function time_error(fatigue, model)
+      type(fatigue_t), intent(in) :: fatigue
+      type(model_t), intent(in) :: model
+      time_error = fatigue%error
+      associate (now => rates_of(fatigue, model, fatigue%at, fatigue%block))
+         if (any(now > 0)) time_error = time_error + abs(fatigue%advance_deficit(maxloc(now, dim=1)))/maxval(now)
+      end associate
+   end function time_error
 
    !> What the rate of each tip changes by where K is off by its error [m], or in time [m/s].
    pure function errors_of_rates(fatigue, model) result(errors)

@@ -138,7 +138,6 @@ module hampm_growing
       real(dp) :: frame_displacement = 0         !! that at its other end [m]
       real(dp) :: controlled = 0                 !! of the controlled quantity, at the end of the step before
       real(dp) :: compliance = 0                 !! change of `frame_displacement` with the load factor; 0: not known [m]
-      real(dp) :: rise = 0                       !! change of the controlled quantity with the way of tips at their toughness [1/m]
       real(dp) :: part = 1                       !! part of an increment for the advance of tips
       logical :: have_onsets = .false.           !! whether cracks may appear
       integer :: onset_crack = 0                 !! number of the next one; 0: none
@@ -720,7 +719,6 @@ contains
       if (growing%has_rates) call archive_fatigue(growing%fatigue, archive)
       call archive%serialise('controlled', growing%controlled)
       call archive%serialise('compliance', growing%compliance)
-      call archive%serialise('rise', growing%rise)
       call archive%serialise('have_no_load', growing%have_no_load)
       call archive%serialise('onset_crack', growing%onset_crack)
       call archive%serialise('onset_length', growing%onset_length)

@@ -5,7 +5,6 @@
 !>
 !> Closed forms for the double cantilever beam.
 module hampm_measurements
-   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim, long
    use hampm_tensors, only: norm
    use hampm_tolerance, only: bounded_ratio
@@ -25,7 +24,8 @@ module hampm_measurements
    use hampm_growth_points, only: next_of_points
    use hampm_static_front_growth, only: record_points
    use hampm_static_growth, only: has_held_drive
-   use hampm_growing, only: by_cycles, by_frame, by_load, by_time, growing_t, record_growth, record_frame, record_place, &
+   use hampm_fatigue, only: time_error
+   use hampm_growing, only: by_cycles, by_load, by_time, growing_t, record_growth, record_frame, record_place, &
                             record_onset
    use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, &
                                  look_at_front, needs_front, jumps_behind, record_front, mean_rate
@@ -498,7 +498,7 @@ contains
                                                        growing%load_factor)
             if (growing%have_onsets) call record_onset(growing, history)
             if (growing%driver == by_time .and. have_errors(m)) call history%record('time_error', 's', &
-                  'estimated error of the time at which the crack is as it is', growing%fatigue%error)
+                  'estimated error of the time at which the crack is as it is', time_error(growing%fatigue, model))
             if (growing%driver == by_cycles) then
                call history%record('cycles', '1', 'load cycles so far', growing%fatigue%cycles)
                if (have_errors(m)) call history%record('cycles_error', '1', 'estimated error of cycles', growing%fatigue%error)
@@ -531,9 +531,6 @@ contains
             if (growing%are_there()) &
                call record_growth(growing, model, problem%materials(cracks%tips(k)%material_in(problem%materials)), cracks, k, &
                                   m%crack(k), problem%state%time, history)
-            if (growing%driver == by_frame .and. have_errors(m) .and. .not. has_held_drive(problem)) &
-               call history%record('crack_length_error', 'm', 'estimated error of crack_length at this time, by this tip', &
-                                   length_error(problem, cracks, growing, m))
             if (cracks%tips(k)%has_zone) then
                if (.not. growing%are_there()) call record_place(cracks, cracks%tips(k), history)
                call history%record('zone_length', 'm', 'length of the faces ahead of the tip that are damaged', &
@@ -567,21 +564,6 @@ contains
          call history%end_row()
       end associate
    end subroutine take_row
-
-   !> Error of the length at which a crack rests in a load frame: that of the quantity at which G is the toughness, over what this
-   !> rises by with the way; 0 before the crack has grown, NaN where it falls [m].
-   real(dp) function length_error(problem, cracks, growing, m) result(error)
-      type(problem_t), intent(in) :: problem
-      type(cracks_t), intent(in) :: cracks
-      type(growing_t), intent(in) :: growing
-      type(measurements_t), intent(in) :: m
-      real(dp), parameter :: met = 2e-3_dp       ! part of the quantity to which a crack is brought to rest (`hampm_growth_at_rest`)
-      error = 0
-      if (.not. abs(growing%rise) > 0) return
-      error = ieee_value(error, ieee_quiet_nan)
-      if (growing%rise > 0) error = (met + part_of_rate(problem, cracks, m)/merge(2, 1, all(problem%materials%linear))) &
-                                    *abs(growing%controlled)/growing%rise
-   end function length_error
 
    !> Record linear momentum, and angular momentum around the middle of mass; of rings, which have no other, that along the axis.
    subroutine record_momentum(p, history)

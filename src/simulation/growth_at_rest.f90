@@ -404,7 +404,6 @@ contains
          call load_in_symmetry(s, failure)
          if (failure%failed()) return
          critical = controlled(s)
-         s%growing%rise = (abs(critical) - abs(last))/maxval(s%growing%points%advance)
          if (abs(critical) < abs(target)) cycle
          call shorten_increment(s, before, factor, last, target, failure)
          if (s%is_over) return

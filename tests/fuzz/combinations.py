@@ -354,8 +354,7 @@ def finite(case):
     unknown = "G_vcct" if case.indicator in ("gradient", "zz") and case.time != "static" and "J" not in case.base.row else None
     there = {name: maps.without_waiting(name, case.base.row) for name in case.base.row}
     bad = [name for name, values in there.items() if not np.all(np.isfinite(values)) and not maps.ends_with_its_tip(name, values, case.base.warnings)
-           and not (unknown and name.startswith((unknown, "G_error")) and "_error" in name)
-           and not (maps.family(name) == "crack_length_error" and groups(case.scene, "control"))]  # of a crack that runs by itself
+           and not (unknown and name.startswith((unknown, "G_error")) and "_error" in name)]
     if bad:
         raise Fault(f"{bad[0]} is not finite")
 
