@@ -59,7 +59,7 @@ module hampm_growing
       real(dp) :: place(ndim) = 0                !! place of a front point: after the last load step, or as last measured [m]
       real(dp) :: width = 0                      !! of a front point: its length of the front, last measured [m]
       real(dp) :: off_path = 0                   !! sum of squares of what its ways are off in direction [m2]
-      real(dp) :: lag = 0                        !! by which straight increments are beside a path that turns [m]
+      real(dp) :: beside = 0                        !! by which straight increments are beside a path that turns [m]
       real(dp) :: heading = 0                    !! direction of the last, from x to the left [rad]
       ! In motion, of tips of law = toughness in implicit steps, which search for their advance
       real(dp) :: excess = 0                     !! G over the toughness, less 1, after the last step [-]
@@ -629,7 +629,7 @@ contains
          if (.not. growing%is_static .or. law == 0) return
          if (model%growth(law)%direction /= 'straight' .and. values%errors%are_known) &
             call history%record('path_error', 'm', 'estimated distance of the tip from its path, across it', &
-                                sqrt(growing%points(tip)%off_path) + abs(growing%points(tip)%lag))
+                                sqrt(growing%points(tip)%off_path) + abs(growing%points(tip)%beside))
          if (model%growth(law)%direction /= 'max_energy') return
          call history%record('G_kink', 'J/m2', 'energy release rate of the kink by which the tip goes on, by max_energy', next%rate)
          call history%record('kink_angle', 'deg', 'angle of that kink, to the left', next%kink*180/acos(-1.0_dp))
@@ -749,7 +749,7 @@ contains
       call archive%archive_reals('kink', n, growing%points%kink)
       call archive%archive_reals('extension', n, growing%points%extension)
       call archive%archive_reals('off_path', n, growing%points%off_path)
-      call archive%archive_reals('lag', n, growing%points%lag)
+      call archive%archive_reals('beside', n, growing%points%beside)
       call archive%archive_reals('heading', n, growing%points%heading)
       call archive%archive_reals('width', n, growing%points%width)
       call archive%archive_reals('shear', n, growing%points%shear)

@@ -84,7 +84,7 @@ contains
             turn = 2*of%errors%intensity(2)%now/max(norm(of%intensity), tiny(turn))
             point%off_path = point%off_path + (point%advance*min(turn, 1.0_dp))**2
             turn = modulo(direction_of(cracks%tips(k)%axis(:, 1)) - point%heading + pi, 2*pi) - pi
-            if (point%extension > 0) point%lag = point%lag + point%advance*turn/2
+            if (point%extension > 0) point%beside = point%beside + point%advance*turn/2
             point%heading = point%heading + turn
          end associate
       end do
