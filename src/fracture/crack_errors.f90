@@ -16,9 +16,8 @@ module hampm_crack_errors
    use hampm_crack_tip_field, only: modes, tip_field_t
    use hampm_stiffness, only: stiffness_t
    use hampm_threads, only: thread_count
-   use hampm_tolerance, only: bounded_ratio
    use hampm_tip_domain, only: fields_at, particles_in
-   use hampm_tip_measurements, only: error_of_rate, estimate_rates, measure_domain
+   use hampm_tip_measurements, only: estimate_rates, measure_domain
    use hampm_missing_energy, only: pair_t, missing_energies, displace
    implicit none
    private
@@ -187,12 +186,10 @@ contains
       end do
    end subroutine estimate_some_by_shifts
 
-   !> Estimate for a tip of a path: it acts near its place, so that K is of a longer or shorter crack, and of the fields around its
-   !> true place; nearby tips have place errors too. To this come the error of the other cells, a third of what K differs by from
-   !> that in a smaller disc, and half of what it lacks for J. J is off by its difference from G by K, and by the error of that.
+   !> Estimate for a tip of a path: it acts near its place, so that J is of a longer or shorter crack, K of the fields around the
+   !> true place; nearby tips have place errors too. The error of the other cells is added.
    !>
-   !> The change of K for a tip that acts at d ahead of the assumed place is d dK/da less the change of K evaluated at d. In a long
-   !> crack both nearly cancel, but in few cells not quite: half of the first counts apart.
+   !> The change of K for a tip that acts at d ahead of the assumed place is d dK/da less the change of K evaluated at d.
    subroutine estimate_by_shifts(problem, tips, number, static_tips, by_cells, p, values)
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tips(:)
@@ -202,24 +199,23 @@ contains
       type(particles_t), intent(inout) :: p      !! displaced around the tip; from another one before, or none
       type(crack_values_t), intent(inout) :: values
       real(dp), parameter :: no_shift(ndim) = 0
-      real(dp), parameter :: smaller = 0.7_dp    ! disc, over that of the tip
+      real(dp), parameter :: narrow = 6          ! cells, discs in which those that change their shape are too few to tell
       integer, parameter :: most_others = 4      ! that are counted: what others change falls with the square of their distance
-      integer, parameter :: own = 1, beside = 2, inner = 3
-      real(dp) :: k(modes), k_there(modes), k_here(modes), moved(modes), j
-      real(dp) :: of_k(modes), far(modes)
+      real(dp) :: k(modes), k_there(modes), k_here(modes), j, j_there, j_here
+      real(dp) :: of_k(modes), of_j, far(modes), far_of_j
+      real(dp) :: off_of_j(modes), off_of_k(modes)
       real(dp) :: distance(size(tips)), nearest(0:most_others) ! of those that are counted, the least first
       logical :: has_moved(size(static_tips%moved, 3))
-      type(crack_values_t) :: found(inner)       ! with the tip sought at its own place, beside it, and in a smaller disc
+      type(crack_values_t) :: found(2)           ! with the tip sought at its own place, and beside it
       type(tip_field_t) :: field(2)
       integer, allocatable :: near(:)            ! particles whose displacement counts
       integer :: t, d
-      do t = 1, size(found)
-         allocate (found(t)%j(1))
-      end do
+      allocate (found(1)%j(1), found(2)%j(1))
       of_k = 0
+      of_j = 0
       associate (h => tips(number)%nodes%spacing)
          near = particles_in(tips(number)%now, disc_of_shifts(tips(number)) + h/2, problem%grid, problem%blocks)
-         call find(1, 0.0_dp, no_shift, own, k, j)
+         call find(1, 0.0_dp, no_shift, k, j)
          nearest = huge(nearest)
          do d = 1, size(tips)
             distance(d) = norm(tips(d)%place - tips(number)%place)
@@ -234,33 +230,34 @@ contains
             if (distance(t) > nearest(most_others)) cycle
             if (t /= number .and. has_moved(static_tips%group(t))) cycle
             has_moved(static_tips%group(t)) = .true.
-            call find(static_tips%group(t), h, no_shift, own, k_there)
-            call find(static_tips%group(t), -h, no_shift, own, k_here)
-            moved = (k_there - k_here)/2
+            call place_of_tip(problem, tips(t), off_of_j, off_of_k)
+            off_of_j = off_of_j*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii))) ! few cells
+            off_of_k = off_of_k*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii)))
+            call find(static_tips%group(t), h, no_shift, k_there, j_there)
+            call find(static_tips%group(t), -h, no_shift, k_here, j_here)
+            of_j = of_j + sum(off_of_j*k**2)/max(sum(k**2), tiny(j))*abs(j_there - j_here)/2
+            k_there = k_there - k_here
             if (t == number .and. tips(t)%nodes%in_cell) then
-               call find(1, 0.0_dp, h/2*tips(t)%direction, beside, k_there)
-               call find(1, 0.0_dp, -h/2*tips(t)%direction, beside, k_here)
-               moved = hypot(moved - (k_there - k_here), moved/2)
+               call find(1, 0.0_dp, h/2*tips(t)%direction, k_here, j_here)
+               k_there = k_there - 2*k_here
+               call find(1, 0.0_dp, -h/2*tips(t)%direction, k_here, j_here)
+               k_there = k_there + 2*k_here
             end if
-            of_k = hypot(of_k, place_of_tip(problem, tips(t))*moved) ! places are independent
+            of_k = hypot(of_k, off_of_k*abs(k_there)/2) ! places are independent
          end do
-         call find(1, 0.0_dp, no_shift, inner, k_here)
       end associate
       if (.not. (abs(j) > 0 .and. norm(k) > 0)) return
       far = by_cells
       if (tips(number)%is_half()) far(2) = 0
       field = fields_at(problem%materials, tips(number))
-      associate (errors => values%errors, rate => field(1)%rate_of(k))
-         errors%of_tip = norm(of_k)/(norm(of_k) + norm(far) + tiny(1.0_dp))
-         of_k = of_k + abs(k_here - k)/3 + abs(k)*bounded_ratio(abs(rate - j)/4, rate, 1.0_dp)
-         if (tips(number)%phase_length > 0) then ! along which the tip is: it is astray ahead and behind alone
+      far_of_j = abs(field(1)%rate_of(k + far) - field(1)%rate_of(k - far))/2
+      associate (errors => values%errors)
+         errors%of_tip = of_j/(of_j + far_of_j + tiny(1.0_dp))
+         errors%j%relative = (of_j + far_of_j)/abs(j)
+         errors%intensity%relative = (maxval(of_k) + maxval(abs(far)))/norm(k)
+         if (tips(number)%phase_length > 0) & ! along which the tip is: it is astray ahead and behind alone
             errors%intensity%relative = (of_k + turn_of(field(1))*norm(of_k))/norm(k) &
                                         + norm(far)/norm(k)*(turn_of(field(1)) + abs(k)/norm(k))
-         else                                    ! one mode turns into the other, too
-            of_k = of_k + abs(far)
-            errors%intensity%relative = (of_k + maxval(of_k))/(2*norm(k))
-         end if
-         errors%j%relative = (abs(rate - j) + error_of_rate(field(1), k, norm(k)*errors%intensity%relative))/abs(j)
          do t = 1, size(values%estimates)
             values%estimates(t)%error%relative = errors%j%relative
          end do
@@ -268,24 +265,24 @@ contains
 
    contains
 
-      !> K and J of the static displacement with the tips of a group moved, evaluated for a tip beside its own place, or in a
-      !> smaller disc.
-      subroutine find(group, way, shift, which, k, j)
+      !> K and J of the static displacement with the tips of a group moved, evaluated for a tip beside its own place.
+      subroutine find(group, way, shift, k, j)
          integer, intent(in) :: group
          real(dp), intent(in) :: way             !! of its tips [m]
          real(dp), intent(in) :: shift(ndim)     !! [m]
-         integer, intent(in) :: which            !! of `found`
          real(dp), intent(out) :: k(modes)       !! [Pa sqrt(m)]
-         real(dp), intent(out), optional :: j    !! [J/m2]
+         real(dp), intent(out) :: j              !! [J/m2]
          type(crack_tip_t) :: tip
          tip = tips(number)
          tip%may_close = .false.
-         tip%radii = [disc_of_shifts(tip)*merge(smaller, 1.0_dp, which == inner)]
+         tip%radii = [disc_of_shifts(tip)]
          call displace(problem, static_tips%u, p, near, static_tips%moved(:, :, group), way)
-         call measure_domain(problem, static_tips%scale*static_tips%factors, tip, p, &
-                             nodal_state_t(divergence=static_tips%divergence), found(which), shift)
-         k = found(which)%intensity
-         if (present(j)) j = found(which)%j(1)
+         associate (values => found(merge(2, 1, any(abs(shift) > 0))))
+            call measure_domain(problem, static_tips%scale*static_tips%factors, tip, p, &
+                                nodal_state_t(divergence=static_tips%divergence), values, shift)
+            k = values%intensity
+            j = values%j(1)
+         end associate
       end subroutine find
    end subroutine estimate_by_shifts
 

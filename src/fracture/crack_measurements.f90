@@ -214,8 +214,7 @@ contains
          of_k = errors%intensity%now
          errors%of_rate = error_of_rate(field, v%intensity, of_k)
          associate (off => abs(v%g_of_k - j))
-            if (agree .and. is_finite) errors%j%now = max(spread_of_j, min(errors%j%now, off + errors%of_rate))
-            if (agree .and. .not. is_finite) errors%j%now = max(spread_of_j, off + errors%of_rate)
+            if (agree) errors%j%now = max(spread_of_j, merge(0.0_dp, off, is_finite), min(errors%j%now, off + errors%of_rate))
          end associate
          errors%domain%now = max(errors%domain%now, part*errors%j%now &
                                   + error_of_shares(field, v%intensity, of_k)*sum(abs(v%domain)))

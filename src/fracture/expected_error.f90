@@ -75,9 +75,9 @@ module hampm_expected_error
 
    real(dp), parameter :: most_level = 0.9_dp    !! part of the largest disc of a tip in which cells move with it undeformed
 
-   !> Place error of a tip inside a bilinear cell, in cells, for K (docs/explanation/energy_release_rate.md); of quadratic cells
-   !> half of it.
-   real(dp), parameter :: astray = 0.08_dp
+   !> Place error of a tip inside a bilinear cell, in cells, at most for 95 % of random places and directions, by J and by K
+   !> (docs/explanation/energy_release_rate.md); for quadratic cells half of it.
+   real(dp), parameter :: astray_of_j = 0.19_dp, astray_of_k = 0.12_dp
 
    !> And a crack in it.
    type, extends(static_model_t) :: static_crack_t
@@ -371,21 +371,22 @@ contains
    end function shortness_of
 
    !> Place error of a tip, by mode [cells]: at a node behind it, the uncertain part of the shortness; inside a cell anywhere within
-   !> this distance, which is larger where the disc has few cells.
-   pure function place_of_tip(m, tip) result(off)
+   !> this distance.
+   pure subroutine place_of_tip(m, tip, of_j, of_k)
       type(problem_t), intent(in) :: m
-      type(crack_tip_t), intent(in) :: tip       !! with radii
-      real(dp) :: off(modes)
-      real(dp), parameter :: narrow = 6          ! cells, discs in which those that change their shape are too few to tell
+      type(crack_tip_t), intent(in) :: tip
+      real(dp), intent(out) :: of_j(modes), of_k(modes) !! as J and as K tell
       type(tip_field_t) :: field(2)
-      off = (1 + uncertainty)*shortness_of(m, tip)
-      if (tip%nodes%in_cell) then
-         field = fields_at(m%materials, tip)
-         off = astray*merge(0.5_dp, 1.0_dp, m%grid%is_quadratic())
-         if (.not. field(1)%is_at_interface) off = off*max(1.0_dp, field(1)%narrowing()) ! to which cells are as much wider
-      end if
-      off = off*sqrt(max(1.0_dp, narrow*tip%nodes%spacing/maxval(tip%radii)))
-   end function place_of_tip
+      real(dp) :: cells
+      of_j = (1 + uncertainty)*shortness_of(m, tip)
+      of_k = of_j
+      if (.not. tip%nodes%in_cell) return
+      field = fields_at(m%materials, tip)
+      cells = merge(0.5_dp, 1.0_dp, m%grid%is_quadratic())
+      if (.not. field(1)%is_at_interface) cells = cells*max(1.0_dp, field(1)%narrowing()) ! to which cells are as much wider
+      of_j = cells*astray_of_j
+      of_k = cells*astray_of_k
+   end subroutine place_of_tip
 
    !> Relative deficit of G by locking: nearly incompressible bilinear cells resist volume changes that their functions cannot
    !> avoid. Without the part p of the energy that these take the compliance grows by 1/(1 - p) at least, and more with more
