@@ -8,7 +8,7 @@ module hampm_dynamic_growth
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t, last_point
-   use hampm_equation_of_motion, only: speed_by_toughness, speed_error, excess_of, followed
+   use hampm_equation_of_motion, only: speed_by_toughness, excess_of, followed
    use hampm_forest, only: outside
    use hampm_front_values, only: front_values_t, mean_rate
    use hampm_growing, only: growing_t, growing_point_t, next_t, prescribed_advance, share_of_shear, part_of_crack
@@ -502,45 +502,6 @@ contains
       end do
    end subroutine note_check
 
-   !> Follow the error of the way of a point that runs, and how its speed swings around its mean over a length, after its start.
-   pure subroutine follow_swing(point, speed, time, length)
-      type(growing_point_t), intent(inout) :: point
-      real(dp), intent(in) :: speed, time        !! [m/s], [s]
-      real(dp), intent(in) :: length             !! [m]
-      real(dp), parameter :: from_start = 2      ! lengths
-      real(dp) :: new                            ! part of the mean
-      point%way_error = point%way_error + point%speed_error*time
-      point%gone = point%gone + speed*time
-      new = 1 - exp(-speed*time/length)
-      if (point%gone < from_start*length) new = 1
-      point%swing = (1 - new)*(point%swing + new*(speed - point%mean_speed)**2)
-      point%mean_speed = point%mean_speed + new*(speed - point%mean_speed)
-   end subroutine follow_swing
-
-   !> Part of G by which it may be off, of each point; 0 where no error is known [-].
-   function parts_of_rates(growing, m, cracks, values, fronts) result(off)
-      type(growing_t), intent(in) :: growing
-      type(problem_t), intent(in) :: m
-      type(cracks_t), intent(in) :: cracks
-      type(crack_values_t), intent(in) :: values(:)
-      type(front_values_t), intent(in) :: fronts(:)
-      real(dp) :: off(size(growing%points))
-      type(best_t) :: best
-      integer :: k, f, n
-      off = 0
-      do k = 1, size(values)
-         if (.not. (cracks%tips(k)%is_measured() .and. values(k)%errors%are_known)) cycle
-         best = values(k)%best(cracks%tips(k), m%materials(cracks%tips(k)%material_in(m%materials))%isotropic)
-         if (best%rate > 0) off(k) = min(1.0_dp, best%error/best%rate)
-      end do
-      k = size(values)
-      do f = 1, size(fronts)
-         n = size(fronts(f)%arc)
-         where (fronts(f)%g > 0) off(k + 1:k + n) = min(1.0_dp, fronts(f)%g_error/fronts(f)%g)
-         k = k + n
-      end do
-   end function parts_of_rates
-
    !> Find the speeds of all points that grow by their toughness, tips and points of fronts alike, from what has been measured: K of
    !> the largest hoop stress for `hoop_stress`, else G. In implicit steps of tips find how far off their trial advances are.
    subroutine find_speeds(growing, model, m, cracks, values, fronts, dt, message)
@@ -553,11 +514,9 @@ contains
       real(dp), intent(in) :: dt                 !! of a step [s]
       character(:), allocatable, intent(inout) :: message
       real(dp), parameter :: slower = 0.999_dp   ! than Rayleigh waves
-      real(dp), parameter :: cells_of_mean = 1   ! of its way, over which a mean speed is taken
       type(next_t) :: next(size(growing%points))
       real(dp) :: since                          ! the last search [s]
       real(dp) :: speed, wave, cell, start       ! [m/s], [m], [s]
-      real(dp) :: off(size(next))                ! part of G by which it may be off [-]
       integer :: k, j, law(size(next))
       logical :: is_measured, is_first, has_moved, by_toughness(size(next))
       start = m%state%time
@@ -585,7 +544,6 @@ contains
             end if
          end associate
       end do
-      off = parts_of_rates(growing, m, cracks, values, fronts)
       growing%points%excess = -1                 ! a point that may not grow rests
       growing%points%toughness = 0
       do k = 1, size(next)
@@ -619,8 +577,6 @@ contains
                   (point%excess - point%lagged_excess)*material%shear_wave_speed()/(settling*cell))
                point%lagged_excess = point%excess + (point%lagged_excess - point%excess)*exp(-since*material%shear_wave_speed()/ &
                                                                                              (settling*cell))
-               point%speed_error = speed_error(of, next(k)%advance, off(k), point%excess, speed, wave)
-               if (point%is_running) call follow_swing(point, speed, since, cells_of_mean*cell)
                point%is_running = point%is_running .or. rate >= next(k)%toughness
                point%memory = late*cell/material%shear_wave_speed()
                if (point%front == 0) then

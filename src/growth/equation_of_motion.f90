@@ -13,7 +13,7 @@ module hampm_equation_of_motion
    use hampm_toughness, only: advance_t
    implicit none
    private
-   public :: speed_by_toughness, speed_error, excess_of, followed
+   public :: speed_by_toughness, excess_of, followed
 
    real(dp), parameter :: delay = 0.5_dp         !! of the measured G, in travel times of shear waves through a cell
 
@@ -55,27 +55,6 @@ contains
          exceeds = excess_of(rate, of%toughness_at(there), at, before, wave) > 0
       end function exceeds
    end function speed_by_toughness
-
-   !> What the speed is off by where G is by a part: that over what ln(G/toughness) falls by with the speed [m/s]. A tip that rests
-   !> may run at all where that part is more than what G lacks of the toughness. Above 0.8 of the Rayleigh speed cells do not let G
-   !> fall as it should (docs/explanation/growth.md).
-   pure real(dp) function speed_error(of, advance, part, excess, speed, wave) result(error)
-      type(growth_t), intent(in) :: of
-      type(advance_t), intent(in) :: advance     !! for which the toughness is asked, at any speed
-      real(dp), intent(in) :: part               !! by which G may be off [-]
-      real(dp), intent(in) :: excess             !! of G over the toughness, less 1 [-]
-      real(dp), intent(in) :: speed, wave        !! that of Rayleigh waves [m/s]
-      real(dp), parameter :: change = 1e-3_dp    ! of the speed, over `wave`
-      real(dp), parameter :: held_from = 0.8_dp, held = 0.5_dp ! parts of it
-      type(advance_t) :: there(2)
-      real(dp) :: fall                           ! [s/m]
-      error = part
-      if (.not. speed > 0) error = max(0.0_dp, part + min(excess, 0.0_dp))
-      there = advance
-      there%speed = [speed, speed + change*(wave - speed)]
-      fall = 1/(wave - speed) + log(of%toughness_at(there(2))/of%toughness_at(there(1)))/(change*(wave - speed))
-      error = min(error/max(fall, tiny(fall)) + held*max(0.0_dp, speed - held_from*wave), wave)
-   end function speed_error
 
    !> Energy release rate at a speed over the toughness, less 1 [-].
    elemental real(dp) function excess_of(rate, toughness, speed, before, wave) result(excess)

@@ -74,11 +74,6 @@ module hampm_growing
       logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
       real(dp) :: speed = 0                      !! of the same: recent speed [m/s]
       real(dp) :: lagged_speed = 0               !! that to which its measured G belongs [m/s]
-      real(dp) :: speed_error = 0                !! of law = toughness: estimated error of its speed, without its swing [m/s]
-      real(dp) :: mean_speed = 0                 !! over the last cells [m/s]
-      real(dp) :: swing = 0                      !! mean square of what its speed differs by from that [m2/s2]
-      real(dp) :: way_error = 0                  !! that of its way, from the errors of its speed since it started [m]
-      real(dp) :: gone = 0                       !! way at its speeds [m]
       real(dp) :: toughness = 0                  !! to which its G is equal as it runs; 0 where that is not so [J/m2]
       real(dp) :: driving = 0                    !! G at its speed, of law = toughness, last measured [J/m2]
       real(dp) :: driving_of_forces = 0          !! that to which the forces of failing points belong [J/m2]
@@ -98,8 +93,6 @@ module hampm_growing
       type(branching_t) :: branching             !! at the last sample
    contains
       procedure :: has_arrested
-      procedure :: place_error
-      procedure :: of_one_speed
    end type growing_point_t
 
    !> The next advance of a point.
@@ -539,19 +532,6 @@ contains
       has_arrested = self%last_motion >= 0 .and. time - self%last_motion > max(self%memory, dt/2)
    end function has_arrested
 
-   !> Estimated error of the place of a point in motion: what it has gone wrong, and by what it has started early or late [m].
-   elemental real(dp) function place_error(self, speed)
-      class(growing_point_t), intent(in) :: self
-      real(dp), intent(in) :: speed              !! [m/s]
-      place_error = sqrt(self%way_error**2 + (speed*max(self%onset_error, 0.0_dp))**2)
-   end function place_error
-
-   !> Estimated error of the speed of a point in motion, with its swing from cell to cell [m/s].
-   elemental real(dp) function of_one_speed(self)
-      class(growing_point_t), intent(in) :: self
-      of_one_speed = self%speed_error + 2*sqrt(self%swing)
-   end function of_one_speed
-
    !> Record where a tip is.
    subroutine record_place(cracks, tip, history)
       type(cracks_t), intent(in) :: cracks
@@ -611,14 +591,6 @@ contains
          if (.not. all(model%growth%law%gives_speed())) &
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
                                 next%toughness)
-         if (.not. growing%is_static .and. values%errors%are_known .and. .not. all(model%growth%law%gives_speed())) then
-            associate (point => growing%points(tip))
-               call history%record('tip_speed_error', 'm/s', 'estimated error of tip_speed', &
-                                   point%of_one_speed())
-               call history%record('crack_length_error', 'm', 'estimated error of crack_length at this time, by this tip', &
-                                   point%place_error(of%speed))
-            end associate
-         end if
          history%is_of_none = .not. of%is_measured()
          if (growing%has_rates) call record_cycle(growing%fatigue, model, tip, values%errors%are_known, history)
          history%is_of_none = history%is_of_none .or. .not. material%isotropic .or. material%has_history .or. of%has_layers
@@ -755,12 +727,7 @@ contains
       call archive%archive_reals('shear', n, growing%points%shear)
       call archive%archive_reals('speed', n, growing%points%speed)
       call archive%archive_reals('lagged_speed', n, growing%points%lagged_speed)
-      call archive%archive_reals('speed_error', n, growing%points%speed_error)
-      call archive%archive_reals('mean_speed', n, growing%points%mean_speed)
-      call archive%archive_reals('swing', n, growing%points%swing)
-      call archive%archive_reals('way_error', n, growing%points%way_error)
       call archive%archive_reals('onset_error', n, growing%points%onset_error)
-      call archive%archive_reals('gone', n, growing%points%gone)
       call archive%archive_reals('excess', n, growing%points%excess)
       call archive%archive_reals('lagged_excess', n, growing%points%lagged_excess)
       call archive%archive_reals('toughness', n, growing%points%toughness)

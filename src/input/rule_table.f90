@@ -106,26 +106,26 @@ module hampm_rule_table
       'static', '{growth laws in motion}', 'explicit', 'implicit', '{growth laws at rest by toughness}', &
       '{growth laws in cycles}', '{growth laws in cycles}', 'walker', 'forman', '{growth laws in cycles}', &
       '{growth laws in time}', '{growth laws in time}', 'charles', 'toughness', 'charles', 'toughness', &
-      '{growth laws in time}', 'charles', 'toughness', 'toughness', 'quasi_static', 'toughness', 'toughness', &
-      '{growth laws in time}', 'walker', 'forman', 'largest', '{growth laws by a rate}', 'all', '{growth laws in cycles}', &
-      'ramp', 'smooth_ramp', 'sine', 'table', '{growth laws in cycles}', '{growth laws in cycles}', 'ramp', 'smooth_ramp', &
-      'sine', 'table', '{growth laws in cycles}', '{growth laws in cycles}', '{growth laws in cycles}', 'load', &
-      'displacement', '{growth laws in cycles}', 'growth', '{growth laws that scale loads}', &
-      '{growth laws that scale loads}', '{growth laws that scale loads}', '{growth laws that scale loads}', &
-      '{growth laws that scale loads}', 'displacement', 'displacement', 'growth', 'growth', 'ramp', 'smooth_ramp', 'sine', &
-      'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'crack', 'prescribed', '{growth laws in motion by toughness}', &
-      '{growth laws by speed}', 'prescribed', 'charles', 'fatigue', '{growth laws by a rate}', 'walker', &
-      '{growth laws by a rate}', 'fatigue', 'fatigue', '{growth laws at rest}', '{growth laws in motion by toughness}', &
-      'toughness', '{growth laws by speed}', '{growth laws by speed}']
+      '{growth laws in time}', 'charles', 'toughness', 'toughness', 'toughness', 'toughness', '{growth laws in time}', &
+      'walker', 'forman', 'largest', '{growth laws by a rate}', 'all', '{growth laws in cycles}', 'ramp', 'smooth_ramp', &
+      'sine', 'table', '{growth laws in cycles}', '{growth laws in cycles}', 'ramp', 'smooth_ramp', 'sine', 'table', &
+      '{growth laws in cycles}', '{growth laws in cycles}', '{growth laws in cycles}', 'load', 'displacement', &
+      '{growth laws in cycles}', 'growth', '{growth laws that scale loads}', '{growth laws that scale loads}', &
+      '{growth laws that scale loads}', '{growth laws that scale loads}', '{growth laws that scale loads}', 'displacement', &
+      'displacement', 'growth', 'growth', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', &
+      'crack', 'prescribed', '{growth laws in motion by toughness}', '{growth laws by speed}', 'prescribed', 'charles', &
+      'fatigue', '{growth laws by a rate}', 'walker', '{growth laws by a rate}', 'fatigue', 'fatigue', &
+      '{growth laws at rest}', '{growth laws in motion by toughness}', 'toughness', '{growth laws by speed}', &
+      '{growth laws by speed}', '{growth laws by speed}']
 
    character(name_len), parameter :: values_4(*) = [character(name_len) :: '{growth laws by speed}', &
-      '{growth laws by speed}', '{growth laws in motion by toughness}', 'toughness', 'symmetry', 'hutchinson_suo', &
-      'benzeggagh_kenane', 'benzeggagh_kenane', 'benzeggagh_kenane', '{growth laws at rest}', '{growth laws at rest}', &
-      'path', 'path', 'path', '{growth laws at rest}', 'hoop_stress', 'local_symmetry', 'max_energy', 'path', 'symmetry', &
-      'straight', 'last', 'first', '{growth laws at rest}', 'largest', 'largest', '{growth laws at rest}', 'all', 'first', &
-      'symmetry', 'largest', 'last', 'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', &
-      '{laws of any strain}', 'linear_elastic', 'orthotropic', '{laws with a history}', 'linear_elastic', 'orthotropic', &
-      '{estimators}', '{estimators at nodes}', 'domain_integral', '{estimators at nodes}', 'symmetry', 'domain_integral', &
+      '{growth laws in motion by toughness}', 'toughness', 'symmetry', 'hutchinson_suo', 'benzeggagh_kenane', &
+      'benzeggagh_kenane', 'benzeggagh_kenane', '{growth laws at rest}', '{growth laws at rest}', 'path', 'path', 'path', &
+      '{growth laws at rest}', 'hoop_stress', 'local_symmetry', 'max_energy', 'path', 'symmetry', 'straight', 'last', &
+      'first', '{growth laws at rest}', 'largest', 'largest', '{growth laws at rest}', 'all', 'first', 'symmetry', 'largest', &
+      'last', 'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', '{laws of any strain}', &
+      'linear_elastic', 'orthotropic', '{laws with a history}', 'linear_elastic', 'orthotropic', '{estimators}', &
+      '{estimators at nodes}', 'domain_integral', '{estimators at nodes}', 'symmetry', 'domain_integral', &
       '{estimators at nodes}', 'domain_integral', '{estimators of elastic material}', '{laws with a history}', &
       'domain_integral', 'stress_closure', 'crack', 'domain_integral', '{estimators of isotropic material}', 'orthotropic', &
       'domain_integral', '{estimators for traction-free faces}', 'frictionless', 'friction', 'domain_integral', &
@@ -202,7 +202,6 @@ module hampm_rule_table
       atom_t(1, is_named, 0, 0, 27, 26, 0.0_dp, a_solid), &
       atom_t(0, is_one_of, 18, 2, 27, 28, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 29, 28, 0.0_dp, a_solid), &
-      atom_t(1, is_set, 19, 3, 29, 28, 0.0_dp), &
       atom_t(0, is_one_of, 4, 2, 29, 30, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 31, 30, 0.0_dp, a_solid), &
       atom_t(1, is_one_of, 4, 2, 31, 31, 0.0_dp), &
@@ -262,10 +261,10 @@ module hampm_rule_table
       atom_t(1, is_one_of, 17, 1, 68, 68, 0.0_dp), &
       atom_t(0, is_one_of, 17, 4, 69, 68, 1.0_dp), &
       atom_t(1, is_named, 0, 0, 69, 68, 0.0_dp, a_solid), &
-      atom_t(0, is_set, 17, 5, 69, 68, 0.0_dp)]
+      atom_t(0, is_set, 17, 5, 69, 68, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 69, 68, 0.0_dp, a_solid)]
 
    type(atom_t), parameter :: atoms_2(*) = [ &
-      atom_t(1, is_named, 0, 0, 69, 68, 0.0_dp, a_solid), &
       atom_t(0, is_one_of, 17, 6, 69, 69, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 70, 69, 0.0_dp, a_solid), &
       atom_t(1, is_one_of, 17, 6, 70, 70, 0.0_dp), &
@@ -384,10 +383,10 @@ module hampm_rule_table
       atom_t(1, is_named, 0, 0, 128, 127, 0.0_dp, a_solid), &
       atom_t(1, is_one_of, 3, 6, 128, 128, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 129, 129, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 130, 130, 0.0_dp)]
+      atom_t(1, is_one_of, 13, 2, 130, 130, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 131, 131, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_3(*) = [ &
-      atom_t(0, is_one_of, 3, 2, 131, 131, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 132, 132, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 133, 133, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 134, 134, 0.0_dp), &
@@ -506,10 +505,10 @@ module hampm_rule_table
       atom_t(0, is_set, 4, 19, 178, 177, 0.0_dp), &
       atom_t(1, is_one_of, 1, 2, 178, 178, 0.0_dp), &
       atom_t(0, is_set, 4, 16, 179, 178, 0.0_dp), &
-      atom_t(1, is_set, 17, 5, 179, 178, 0.0_dp)]
+      atom_t(1, is_set, 17, 5, 179, 178, 0.0_dp), &
+      atom_t(0, is_set, 4, 16, 179, 178, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_4(*) = [ &
-      atom_t(0, is_set, 4, 16, 179, 178, 0.0_dp), &
       atom_t(1, is_one_of, 17, 6, 179, 179, 0.0_dp), &
       atom_t(0, is_set, 4, 19, 180, 179, 0.0_dp), &
       atom_t(1, is_one_of, 4, 13, 180, 179, 0.0_dp), &
@@ -628,10 +627,10 @@ module hampm_rule_table
       atom_t(1, is_set, 6, 9, 240, 239, 0.0_dp), &
       atom_t(0, is_set, 6, 2, 240, 239, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 240, 240, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 241, 240, 0.0_dp)]
+      atom_t(0, is_set, 6, 2, 241, 240, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 241, 241, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_5(*) = [ &
-      atom_t(1, is_one_of, 6, 1, 241, 241, 0.0_dp), &
       atom_t(1, is_one_of, 6, 7, 242, 242, 0.0_dp), &
       atom_t(0, is_set, 6, 3, 243, 242, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 243, 243, 0.0_dp), &
@@ -750,10 +749,10 @@ module hampm_rule_table
       atom_t(1, is_named, 0, 0, 358, 357, 0.0_dp, quadratic_cells_at_an_axis), &
       atom_t(1, is_one_of, 9, 19, 358, 358, 0.0_dp), &
       atom_t(0, is_one_of, 9, 19, 359, 359, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 360, 360, 0.0_dp)]
+      atom_t(1, is_one_of, 9, 1, 360, 360, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 19, 361, 361, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_6(*) = [ &
-      atom_t(1, is_one_of, 9, 19, 361, 361, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 362, 362, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 363, 363, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 364, 364, 0.0_dp), &
@@ -872,10 +871,10 @@ module hampm_rule_table
       atom_t(1, is_one_of, 10, 1, 443, 443, 0.0_dp), &
       atom_t(0, is_one_of, 10, 1, 444, 444, 0.0_dp), &
       atom_t(1, is_one_of, 2, 4, 445, 444, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 445, 446, 0.0_dp)]
+      atom_t(1, is_one_of, 9, 1, 445, 446, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 447, 446, 0.0_dp, cells_that_are_cut)]
 
    type(atom_t), parameter :: atoms_7(*) = [ &
-      atom_t(1, is_named, 0, 0, 447, 446, 0.0_dp, cells_that_are_cut), &
       atom_t(1, is_one_of, 10, 1, 447, 447, 0.0_dp), &
       atom_t(0, is_set, 10, 8, 448, 447, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 448, 448, 0.0_dp), &
@@ -994,10 +993,10 @@ module hampm_rule_table
       atom_t(0, is_present, 13, 0, 516, 515, 0.0_dp), &
       atom_t(1, is_present, 11, 0, 516, 515, 0.0_dp), &
       atom_t(0, is_present, 13, 0, 516, 515, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 516, 516, 0.0_dp)]
+      atom_t(1, is_one_of, 17, 1, 516, 516, 0.0_dp), &
+      atom_t(0, is_set, 13, 1, 517, 516, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_8(*) = [ &
-      atom_t(0, is_set, 13, 1, 517, 516, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 517, 517, 0.0_dp), &
       atom_t(0, is_present, 13, 0, 518, 517, 0.0_dp), &
       atom_t(0, is_named, 0, 0, 518, 517, 0.0_dp, several_cracks), &
@@ -1034,315 +1033,314 @@ module hampm_rule_table
       atom_t(0, is_one_of, 13, 25, 539, 539, 0.0_dp), &
       atom_t(1, is_above, 13, 6, 540, 539, 0.0_dp), &
       atom_t(2, is_set, 13, 17, 540, 539, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 540, 540, 0.0_dp), &
-      atom_t(0, is_set, 13, 10, 541, 540, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 540, 539, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 540, 540, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 541, 540, 0.0_dp), &
       atom_t(1, is_one_of, 13, 25, 541, 541, 0.0_dp), &
-      atom_t(0, is_set, 13, 12, 542, 541, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 542, 542, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 543, 542, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 543, 543, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 542, 541, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 542, 542, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 543, 543, 0.0_dp), &
+      atom_t(1, is_set, 13, 11, 544, 543, 0.0_dp), &
       atom_t(0, is_one_of, 13, 25, 544, 544, 0.0_dp), &
-      atom_t(1, is_set, 13, 11, 545, 544, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 545, 545, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 546, 545, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 546, 545, 0.0_dp), &
-      atom_t(1, is_above, 13, 14, 546, 545, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 546, 545, 0.0_dp), &
-      atom_t(1, is_above, 13, 13, 546, 545, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 546, 546, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 547, 547, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 548, 548, 0.0_dp), &
-      atom_t(0, is_present, 16, 0, 549, 548, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 549, 549, 0.0_dp), &
-      atom_t(0, is_set, 16, 3, 550, 549, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 550, 549, 0.0_dp), &
-      atom_t(0, is_set, 16, 4, 550, 549, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 550, 549, 0.0_dp), &
-      atom_t(0, is_set, 16, 5, 550, 549, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 550, 549, 0.0_dp), &
-      atom_t(0, is_set, 16, 1, 550, 549, 0.0_dp), &
-      atom_t(1, is_set, 16, 4, 550, 549, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 550, 553, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 545, 544, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 545, 544, 0.0_dp), &
+      atom_t(1, is_above, 13, 14, 545, 544, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 545, 544, 0.0_dp), &
+      atom_t(1, is_above, 13, 13, 545, 544, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 545, 545, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 546, 546, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 547, 547, 0.0_dp), &
+      atom_t(0, is_present, 16, 0, 548, 547, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 548, 548, 0.0_dp), &
+      atom_t(0, is_set, 16, 3, 549, 548, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 549, 548, 0.0_dp), &
+      atom_t(0, is_set, 16, 4, 549, 548, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 549, 548, 0.0_dp), &
+      atom_t(0, is_set, 16, 5, 549, 548, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 549, 548, 0.0_dp), &
+      atom_t(0, is_set, 16, 1, 549, 548, 0.0_dp), &
+      atom_t(1, is_set, 16, 4, 549, 548, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 549, 552, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 553, 552, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 553, 553, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 554, 553, 0.0_dp), &
       atom_t(0, is_one_of, 5, 12, 554, 553, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 554, 554, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 555, 554, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 555, 554, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 555, 555, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 556, 559, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 555, 558, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 559, 558, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 559, 559, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 560, 559, 0.0_dp), &
       atom_t(0, is_one_of, 6, 17, 560, 559, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 560, 560, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 561, 560, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 561, 560, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 561, 560, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 561, 560, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 561, 561, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 562, 561, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 562, 561, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 562, 562, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 563, 564, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 565, 565, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 566, 566, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 567, 566, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 562, 563, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 564, 564, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 565, 565, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 566, 565, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 566, 566, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 567, 566, 0.0_dp), &
+      atom_t(0, is_set, 6, 17, 567, 566, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 567, 567, 0.0_dp), &
       atom_t(2, is_present, 14, 0, 568, 567, 0.0_dp), &
-      atom_t(0, is_set, 6, 17, 568, 567, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 568, 568, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 569, 568, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 569, 568, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 568, 567, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 568, 568, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 569, 568, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_set, 6, 17, 569, 568, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 569, 569, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 570, 569, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_set, 6, 17, 570, 569, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 570, 570, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 571, 570, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 15, 0, 571, 570, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 571, 571, 0.0_dp), &
-      atom_t(0, is_set, 15, 2, 572, 571, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 572, 572, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 573, 573, 0.0_dp), &
-      atom_t(1, is_set, 15, 2, 574, 573, 0.0_dp), &
-      atom_t(0, is_set, 15, 4, 574, 573, 0.0_dp), &
+      atom_t(0, is_present, 15, 0, 570, 569, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 570, 570, 0.0_dp), &
+      atom_t(0, is_set, 15, 2, 571, 570, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 571, 571, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 572, 572, 0.0_dp), &
+      atom_t(1, is_set, 15, 2, 573, 572, 0.0_dp), &
+      atom_t(0, is_set, 15, 4, 573, 572, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 573, 573, 0.0_dp), &
+      atom_t(0, is_set, 15, 5, 574, 573, 0.0_dp), &
       atom_t(1, is_one_of, 15, 1, 574, 574, 0.0_dp), &
-      atom_t(0, is_set, 15, 5, 575, 574, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 575, 575, 0.0_dp), &
-      atom_t(0, is_present, 15, 0, 576, 575, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 576, 575, 0.0_dp, growth_scales_forces_beside_motions), &
-      atom_t(0, is_set, 5, 5, 576, 575, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 576, 575, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 576, 575, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 576, 579, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 580, 579, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 580, 579, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 580, 579, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 580, 579, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 580, 579, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 580, 583, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 584, 583, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 584, 583, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 584, 583, 0.0_dp)]
+      atom_t(0, is_present, 15, 0, 575, 574, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 575, 574, 0.0_dp, growth_scales_forces_beside_motions), &
+      atom_t(0, is_set, 5, 5, 575, 574, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 575, 574, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 575, 574, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 575, 578, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 579, 578, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 579, 578, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 579, 578, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 579, 578, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 579, 578, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 579, 582, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 583, 582, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 583, 582, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 583, 582, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 583, 582, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 583, 582, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_9(*) = [ &
+      atom_t(0, is_one_of, 6, 7, 583, 583, 0.0_dp), &
       atom_t(0, is_one_of, 6, 17, 584, 583, 0.0_dp), &
       atom_t(1, is_present, 15, 0, 584, 583, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 584, 584, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 585, 584, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 585, 584, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 584, 584, 0.0_dp), &
+      atom_t(1, is_above, 13, 8, 585, 584, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 585, 585, 0.0_dp), &
-      atom_t(1, is_above, 13, 8, 586, 585, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 586, 586, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 587, 586, 0.0_dp), &
-      atom_t(0, is_set, 13, 5, 587, 586, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 586, 585, 0.0_dp), &
+      atom_t(0, is_set, 13, 5, 586, 585, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 586, 586, 0.0_dp), &
+      atom_t(0, is_set, 13, 8, 587, 586, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 587, 587, 0.0_dp), &
-      atom_t(0, is_set, 13, 8, 588, 587, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 588, 588, 0.0_dp), &
-      atom_t(2, is_one_of, 13, 25, 589, 589, 0.0_dp), &
-      atom_t(0, is_set, 13, 9, 590, 589, 0.0_dp), &
+      atom_t(2, is_one_of, 13, 25, 588, 588, 0.0_dp), &
+      atom_t(0, is_set, 13, 9, 589, 588, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 589, 589, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 590, 589, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 590, 590, 0.0_dp), &
-      atom_t(0, is_set, 13, 10, 591, 590, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 591, 591, 0.0_dp), &
-      atom_t(0, is_set, 13, 11, 592, 591, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 592, 592, 0.0_dp), &
-      atom_t(0, is_set, 13, 12, 593, 592, 0.0_dp), &
+      atom_t(0, is_set, 13, 11, 591, 590, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 591, 591, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 592, 591, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 592, 592, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 593, 592, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 593, 593, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 594, 593, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 594, 593, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 594, 594, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 595, 594, 0.0_dp), &
+      atom_t(0, is_set, 13, 28, 595, 594, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 595, 595, 0.0_dp), &
-      atom_t(0, is_set, 13, 28, 596, 595, 0.0_dp), &
+      atom_t(0, is_set, 13, 6, 596, 595, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 596, 596, 0.0_dp), &
-      atom_t(0, is_set, 13, 6, 597, 596, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 597, 597, 0.0_dp), &
-      atom_t(2, is_one_of, 13, 25, 598, 598, 0.0_dp), &
-      atom_t(0, is_set, 13, 7, 599, 598, 0.0_dp), &
-      atom_t(1, is_above, 13, 6, 599, 598, 0.0_dp), &
-      atom_t(0, is_set, 13, 15, 599, 598, 0.0_dp), &
+      atom_t(2, is_one_of, 13, 25, 597, 597, 0.0_dp), &
+      atom_t(0, is_set, 13, 7, 598, 597, 0.0_dp), &
+      atom_t(1, is_above, 13, 6, 598, 597, 0.0_dp), &
+      atom_t(0, is_set, 13, 15, 598, 597, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 598, 598, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 599, 598, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 599, 599, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 600, 599, 0.0_dp), &
+      atom_t(0, is_set, 13, 19, 600, 599, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 600, 600, 0.0_dp), &
-      atom_t(0, is_set, 13, 19, 601, 600, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 601, 600, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 601, 601, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 602, 601, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 602, 601, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 602, 602, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 603, 602, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 603, 603, 0.0_dp), &
-      atom_t(2, is_one_of, 13, 25, 604, 604, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 605, 604, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 605, 605, 0.0_dp), &
-      atom_t(0, is_set, 13, 22, 606, 605, 0.0_dp), &
+      atom_t(2, is_one_of, 13, 25, 603, 603, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 604, 603, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 604, 604, 0.0_dp), &
+      atom_t(0, is_set, 13, 22, 605, 604, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 605, 605, 0.0_dp), &
+      atom_t(0, is_set, 13, 23, 606, 605, 0.0_dp), &
       atom_t(1, is_one_of, 13, 21, 606, 606, 0.0_dp), &
-      atom_t(0, is_set, 13, 23, 607, 606, 0.0_dp), &
+      atom_t(0, is_set, 13, 24, 607, 606, 0.0_dp), &
       atom_t(1, is_one_of, 13, 21, 607, 607, 0.0_dp), &
-      atom_t(0, is_set, 13, 24, 608, 607, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 608, 608, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 21, 609, 609, 0.0_dp), &
-      atom_t(1, is_above, 13, 23, 610, 609, 0.0_dp), &
-      atom_t(0, is_set, 4, 14, 610, 609, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 610, 609, 0.0_dp), &
-      atom_t(0, is_set, 13, 26, 610, 609, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 21, 608, 608, 0.0_dp), &
+      atom_t(1, is_above, 13, 23, 609, 608, 0.0_dp), &
+      atom_t(0, is_set, 4, 14, 609, 608, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 609, 608, 0.0_dp), &
+      atom_t(0, is_set, 13, 26, 609, 608, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 609, 609, 0.0_dp), &
+      atom_t(0, is_set, 13, 27, 610, 609, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 610, 610, 0.0_dp), &
-      atom_t(0, is_set, 13, 27, 611, 610, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 611, 611, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 612, 612, 0.0_dp), &
-      atom_t(1, is_set, 13, 4, 613, 612, 0.0_dp), &
-      atom_t(0, is_set, 13, 4, 613, 612, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 613, 613, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 614, 614, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 615, 615, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 616, 619, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 620, 620, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 621, 621, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 622, 623, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 624, 624, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 625, 625, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 626, 626, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 627, 627, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 628, 628, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 629, 629, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 630, 630, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 631, 632, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 633, 633, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 611, 611, 0.0_dp), &
+      atom_t(1, is_set, 13, 4, 612, 611, 0.0_dp), &
+      atom_t(0, is_set, 13, 4, 612, 611, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 612, 612, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 613, 613, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 614, 614, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 615, 618, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 619, 619, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 620, 620, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 621, 622, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 623, 623, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 624, 624, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 625, 625, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 626, 626, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 627, 627, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 628, 628, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 629, 629, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 630, 631, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 632, 632, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 633, 632, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 633, 632, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 633, 632, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 633, 632, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 14, 1, 633, 632, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 633, 632, 0.0_dp), &
+      atom_t(1, is_above, 14, 2, 633, 632, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 633, 632, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 633, 633, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 634, 633, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 634, 633, 0.0_dp, something_that_growth_scales), &
       atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 634, 633, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 14, 1, 634, 633, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
-      atom_t(1, is_above, 14, 2, 634, 633, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 634, 634, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 634, 634, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 635, 634, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 635, 634, 0.0_dp, something_that_growth_scales), &
+      atom_t(1, is_present, 15, 0, 635, 634, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 635, 634, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 635, 635, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 635, 634, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 635, 634, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 635, 635, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 636, 635, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 636, 635, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 636, 635, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 636, 635, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 636, 635, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 636, 636, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 637, 638, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 639, 639, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 640, 639, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 640, 639, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 640, 639, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 640, 639, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 640, 640, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 641, 642, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 643, 642, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 643, 643, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 644, 645, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 636, 637, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 638, 638, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 639, 638, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 639, 638, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 639, 639, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 640, 641, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 642, 641, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 642, 642, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 643, 644, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 645, 645, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 646, 645, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 646, 646, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 647, 646, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 647, 647, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 648, 647, 0.0_dp, tips_at_no_nodes), &
-      atom_t(1, is_one_of, 17, 1, 648, 648, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 649, 649, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 650, 649, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 650, 650, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 651, 650, 0.0_dp, a_plane), &
-      atom_t(1, is_one_of, 17, 1, 651, 651, 0.0_dp)]
+      atom_t(1, is_named, 0, 0, 647, 646, 0.0_dp, tips_at_no_nodes), &
+      atom_t(1, is_one_of, 17, 1, 647, 647, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 648, 648, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 649, 648, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 649, 649, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 650, 649, 0.0_dp, a_plane), &
+      atom_t(1, is_one_of, 17, 1, 650, 650, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 651, 651, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 652, 651, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_10(*) = [ &
-      atom_t(0, is_one_of, 17, 1, 652, 652, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 653, 652, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 653, 653, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 654, 654, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 655, 655, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 656, 656, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 657, 657, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 658, 658, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 659, 659, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 660, 660, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 661, 661, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 662, 662, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 663, 663, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 664, 665, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 666, 666, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 667, 667, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 668, 668, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 669, 669, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 670, 670, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 671, 672, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 673, 673, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 674, 674, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 675, 674, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 675, 675, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 676, 676, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 677, 676, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 677, 677, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 678, 678, 0.0_dp), &
-      atom_t(1, is_present, 14, 0, 679, 678, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 679, 679, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 680, 680, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 681, 681, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 682, 682, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 683, 683, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 652, 652, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 653, 653, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 654, 654, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 655, 655, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 656, 656, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 657, 657, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 658, 658, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 659, 659, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 660, 660, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 661, 661, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 662, 662, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 663, 664, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 665, 665, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 666, 666, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 667, 667, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 668, 668, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 669, 669, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 670, 671, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 672, 672, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 673, 673, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 674, 673, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 674, 674, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 675, 675, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 676, 675, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 676, 676, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 677, 677, 0.0_dp), &
+      atom_t(1, is_present, 14, 0, 678, 677, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 678, 678, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 679, 679, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 680, 680, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 681, 681, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 682, 682, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 683, 682, 1.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 683, 683, 0.0_dp), &
       atom_t(0, is_one_of, 17, 4, 684, 683, 1.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 684, 684, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 684, 684, 0.0_dp), &
       atom_t(0, is_one_of, 17, 4, 685, 684, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 685, 685, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 686, 685, 1.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 686, 686, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 685, 685, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 686, 685, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 686, 686, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 687, 686, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 687, 687, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 687, 687, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 688, 687, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 688, 688, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 689, 688, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 689, 689, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 689, 689, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 690, 689, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 690, 690, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 691, 690, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 691, 692, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 693, 692, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 693, 693, 0.0_dp), &
-      atom_t(0, is_set, 17, 3, 694, 693, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 694, 694, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 695, 695, 0.0_dp), &
-      atom_t(1, is_above, 17, 7, 696, 695, 0.0_dp), &
-      atom_t(0, is_set, 17, 7, 696, 695, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 696, 696, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 697, 697, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 698, 700, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 701, 701, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 690, 691, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 692, 691, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 692, 692, 0.0_dp), &
+      atom_t(0, is_set, 17, 3, 693, 692, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 693, 693, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 694, 694, 0.0_dp), &
+      atom_t(1, is_above, 17, 7, 695, 694, 0.0_dp), &
+      atom_t(0, is_set, 17, 7, 695, 694, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 695, 695, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 696, 696, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 697, 699, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 700, 700, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 701, 701, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 702, 701, 0.0_dp, several_bodies), &
       atom_t(0, is_one_of, 17, 6, 702, 702, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 703, 702, 0.0_dp, several_bodies), &
-      atom_t(0, is_one_of, 17, 6, 703, 703, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 704, 704, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 705, 705, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 706, 707, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 708, 708, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 709, 708, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 703, 703, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 704, 704, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 705, 706, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 707, 707, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 708, 707, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 708, 708, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 709, 708, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 709, 709, 0.0_dp), &
       atom_t(1, is_set, 18, 3, 710, 709, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 710, 710, 0.0_dp), &
       atom_t(1, is_set, 18, 3, 711, 710, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 711, 711, 0.0_dp), &
       atom_t(1, is_set, 18, 3, 712, 711, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 712, 712, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 713, 712, 0.0_dp), &
-      atom_t(0, is_set, 18, 3, 713, 712, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 713, 716, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 717, 717, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 718, 718, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 4, 719, 720, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 721, 720, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 721, 722, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 723, 722, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 723, 724, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 725, 724, 0.0_dp, several_cracks), &
+      atom_t(0, is_set, 18, 3, 712, 711, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 712, 715, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 716, 716, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 717, 717, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 4, 718, 719, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 720, 719, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 720, 721, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 722, 721, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 722, 723, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 724, 723, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 18, 5, 724, 723, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 724, 724, 0.0_dp), &
       atom_t(1, is_set, 18, 5, 725, 724, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 725, 725, 0.0_dp), &
-      atom_t(1, is_set, 18, 5, 726, 725, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 726, 726, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 727, 728, 0.0_dp), &
-      atom_t(0, is_set, 18, 5, 729, 728, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 729, 731, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 732, 732, 0.0_dp), &
-      atom_t(1, is_above, 18, 7, 733, 732, 0.0_dp), &
-      atom_t(0, is_set, 18, 7, 733, 732, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 726, 727, 0.0_dp), &
+      atom_t(0, is_set, 18, 5, 728, 727, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 728, 730, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 731, 731, 0.0_dp), &
+      atom_t(1, is_above, 18, 7, 732, 731, 0.0_dp), &
+      atom_t(0, is_set, 18, 7, 732, 731, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 732, 732, 0.0_dp), &
+      atom_t(0, is_set, 6, 18, 733, 732, 0.0_dp), &
       atom_t(1, is_one_of, 18, 2, 733, 733, 0.0_dp), &
-      atom_t(0, is_set, 6, 18, 734, 733, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 734, 734, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 6, 735, 735, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 736, 736, 0.0_dp)]
+      atom_t(0, is_one_of, 18, 6, 734, 734, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 735, 735, 0.0_dp)]
 
    type(atom_t), parameter :: atoms(*) = [atoms_1, atoms_2, atoms_3, atoms_4, atoms_5, atoms_6, atoms_7, atoms_8, atoms_9, &
       atoms_10]
@@ -1384,835 +1382,834 @@ module hampm_rule_table
       rule_t('&material shear_13', requires, 'a solid', mechanics, 'a plane has no shear across it', '', 53, 1, 1, 0), &
       rule_t('&material shear_23', requires, 'a solid', mechanics, 'a plane has no shear across it', '', 55, 1, 1, 0), &
       rule_t('&probe quantity = ''opening'' | ''volume''', not_with, 'a solid', not_built, 'these follow the line of a crack', &
-         '&output snapshot_interval', 57, 1, 1, 1), &
+         '', 57, 1, 1, 0), &
       rule_t('&body shape = ''polygon'' | ''circle''', not_with, 'a solid', not_built, &
-         'solids are boxes, cylinders and spheres', '&body shape = ''cylinder''', 60, 1, 1, 1), &
+         'solids are boxes, cylinders and spheres', '&body shape = ''cylinder''', 59, 1, 1, 1), &
       rule_t('&body points_per_cell < 2', not_with, 'a solid and &method start = ''static'' and &method time = ''explicit''', &
-         mechanics, 'explicit steps do not hold how cells with one point are bent', '&body points_per_cell = 2', 63, 1, 3, 1), &
+         mechanics, 'explicit steps do not hold how cells with one point are bent', '&body points_per_cell = 2', 62, 1, 3, 1), &
       rule_t('&constraint turns = .true.', not_with, 'a pin without an axis', mechanics, &
-         'that of a solid fixes two components, and turns around the third direction', '', 68, 1, 1, 0), &
+         'that of a solid fixes two components, and turns around the third direction', '', 67, 1, 1, 0), &
       rule_t('&crack kind = ''line'' | ''path''', not_with, 'a solid', not_built, 'cracks of solids are in planes of the grid', &
-         '&crack kind = ''plane'' | ''symmetry''', 70, 1, 1, 1), &
+         '&crack kind = ''plane'' | ''symmetry''', 69, 1, 1, 1), &
       rule_t('&crack front = ''ellipse'' | ''polygon''', requires, 'a solid', mechanics, &
-         'in the plane a crack has one tip or two', '&crack front = ''disc''', 73, 1, 1, 1), &
+         'in the plane a crack has one tip or two', '&crack front = ''disc''', 72, 1, 1, 1), &
       rule_t('&crack normal', requires, 'a solid or &crack kind = ''plane''', mechanics, 'direction gives it, or points', '', &
-         76, 1, 2, 0), &
+         75, 1, 2, 0), &
       rule_t('&crack front = ''disc''', requires, 'a solid or &crack kind = ''plane''', by_meaning, &
-         'others have a tip or points', '', 79, 1, 2, 0), &
+         'others have a tip or points', '', 78, 1, 2, 0), &
       rule_t('&crack and &method frame = ''updated''', not_with, 'a solid', not_built, &
-         'planes of cracks stay where they are in the grid', '&method frame = ''total''', 82, 2, 1, 1), &
-      rule_t('&cohesive', not_with, 'a solid', not_built, 'cohesion is along lines', '', 86, 1, 1, 0), &
+         'planes of cracks stay where they are in the grid', '&method frame = ''total''', 81, 2, 1, 1), &
+      rule_t('&cohesive', not_with, 'a solid', not_built, 'cohesion is along lines', '', 85, 1, 1, 0), &
       rule_t('&crack contact = ''frictionless'' and &growth law = {growth laws in motion}', not_with, 'a solid', not_built, &
-         'fronts move between free faces', '&crack contact = ''none''', 88, 2, 1, 1), &
+         'fronts move between free faces', '&crack contact = ''none''', 87, 2, 1, 1), &
       rule_t('&crack contact = ''friction'' and &growth', not_with, 'a solid', not_built, &
-         'what faces have slid is not kept where fronts grow', '&crack contact = ''none''', 92, 2, 1, 1), &
+         'what faces have slid is not kept where fronts grow', '&crack contact = ''none''', 91, 2, 1, 1), &
       rule_t('&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy'' | ''path''', not_with, 'a solid', &
-         mechanics, 'cracks stay in their planes', '&growth direction = ''straight''', 96, 1, 1, 1), &
+         mechanics, 'cracks stay in their planes', '&growth direction = ''straight''', 95, 1, 1, 1), &
       rule_t('&growth law = {growth laws in motion} and &growth mixed_mode = ''hutchinson_suo'' | '//'''benzeggagh_kenane''', &
-         not_with, 'a solid', not_built, 'of fronts in motion it is not', '&growth mixed_mode = ''none''', 99, 2, 1, 1), &
+         not_with, 'a solid', not_built, 'of fronts in motion it is not', '&growth mixed_mode = ''none''', 98, 2, 1, 1), &
       rule_t('&growth law = {growth laws in motion} and &growth extensions', not_with, 'a solid', not_built, &
-         'of fronts in motion it is not', '', 103, 2, 1, 0), &
+         'of fronts in motion it is not', '', 102, 2, 1, 0), &
       rule_t('&growth law = {growth laws in motion} and &growth angles', not_with, 'a solid', not_built, &
-         'of fronts in motion it is not', '', 106, 2, 1, 0)]
+         'of fronts in motion it is not', '', 105, 2, 1, 0)]
 
    type(rule_t), parameter :: rules_2(*) = [ &
-      rule_t('&growth max_length', not_with, 'a solid', mechanics, 'a crack in a plane has an area', '', 109, 1, 1, 0), &
+      rule_t('&growth max_length', not_with, 'a solid', mechanics, 'a crack in a plane has an area', '', 108, 1, 1, 0), &
       rule_t('&growth tips = ''largest'' | ''last'' | ''first''', not_with, 'a solid', mechanics, 'a front has no tips', &
-         '&growth tips = ''all''', 111, 1, 1, 1), &
+         '&growth tips = ''all''', 110, 1, 1, 1), &
       rule_t('&energy_release estimators = ''material_force'' | ''stress_closure''', not_with, 'a solid', not_built, '', &
-         '''domain_integral'' or ''vcct''', 114, 1, 1, 1), &
-      rule_t('&energy_release t_stress = .true.', not_with, 'a solid', not_built, 'along fronts G and K are found', '', 117, 1, &
+         '''domain_integral'' or ''vcct''', 113, 1, 1, 1), &
+      rule_t('&energy_release t_stress = .true.', not_with, 'a solid', not_built, 'along fronts G and K are found', '', 116, 1, &
          1, 0), &
       rule_t('&energy_release phase_length', not_with, 'a solid', not_built, 'K along fronts are those of one material', '', &
-         119, 1, 1, 0), &
+         118, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, 'a solid', mechanics, 'the closed form is for a plane', &
-         '&energy_release reference = ''value''', 121, 1, 1, 1), &
-      rule_t('&nucleation', not_with, 'a solid', not_built, 'a crack is a line in a plane', '', 124, 1, 1, 0), &
+         '&energy_release reference = ''value''', 120, 1, 1, 1), &
+      rule_t('&nucleation', not_with, 'a solid', not_built, 'a crack is a line in a plane', '', 123, 1, 1, 0), &
       rule_t('&method shape_functions = ''cpdi''', not_with, 'a solid', not_built, '', '&method shape_functions = ''linear''', &
-         126, 1, 1, 1), &
+         125, 1, 1, 1), &
       rule_t('&grid order = 2', not_with, &
          '&method time = ''explicit'' | ''implicit'' and &growth law = {growth laws in motion}', not_built, &
-         'growth through quadratic cells is static only', '&grid order = 1', 129, 1, 2, 1), &
+         'growth through quadratic cells is static only', '&grid order = 1', 128, 1, 2, 1), &
       rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &growth', not_built, &
-         'bonded points ahead of the tip join nodes of bilinear cells', '&grid order = 1', 133, 1, 2, 1), &
-      rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &cohesive', not_built, '', '&grid order = 1', 137, 1, &
+         'bonded points ahead of the tip join nodes of bilinear cells', '&grid order = 1', 132, 1, 2, 1), &
+      rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &cohesive', not_built, '', '&grid order = 1', 136, 1, &
          2, 1), &
-      rule_t('&material law /= ''orthotropic''', requires, '&material young', by_meaning, '', '', 141, 1, 1, 0), &
-      rule_t('&material yield_stress', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 143, 1, 1, 0), &
-      rule_t('&material hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 145, 1, 1, 0), &
-      rule_t('&material saturation', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 147, 1, 1, 0), &
-      rule_t('&material saturation_strain', requires, '&material saturation', by_meaning, '', '', 149, 1, 1, 0), &
-      rule_t('&material kinematic_hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 151, 1, 1, 0), &
-      rule_t('&material c01', requires, '&material law = ''mooney_rivlin''', by_meaning, '', '', 153, 1, 1, 0), &
-      rule_t('&material moduli', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 155, 1, 1, 0), &
-      rule_t('&material relaxation_times', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 157, 1, 1, 0), &
-      rule_t('&material young_1', requires, '&material law = ''orthotropic''', by_meaning, '', '', 159, 1, 1, 0), &
-      rule_t('&material young_2', requires, '&material law = ''orthotropic''', by_meaning, '', '', 161, 1, 1, 0), &
-      rule_t('&material young_3', requires, '&material law = ''orthotropic''', by_meaning, '', '', 163, 1, 1, 0), &
-      rule_t('&material shear_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 165, 1, 1, 0), &
-      rule_t('&material shear_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 167, 1, 1, 0), &
-      rule_t('&material shear_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 169, 1, 1, 0), &
-      rule_t('&material poisson_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 171, 1, 1, 0), &
-      rule_t('&material poisson_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 173, 1, 1, 0), &
-      rule_t('&material poisson_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 175, 1, 1, 0), &
-      rule_t('&material angle', requires, '&material law = ''orthotropic''', by_meaning, '', '', 177, 1, 1, 0), &
+      rule_t('&material law /= ''orthotropic''', requires, '&material young', by_meaning, '', '', 140, 1, 1, 0), &
+      rule_t('&material yield_stress', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 142, 1, 1, 0), &
+      rule_t('&material hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 144, 1, 1, 0), &
+      rule_t('&material saturation', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 146, 1, 1, 0), &
+      rule_t('&material saturation_strain', requires, '&material saturation', by_meaning, '', '', 148, 1, 1, 0), &
+      rule_t('&material kinematic_hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 150, 1, 1, 0), &
+      rule_t('&material c01', requires, '&material law = ''mooney_rivlin''', by_meaning, '', '', 152, 1, 1, 0), &
+      rule_t('&material moduli', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 154, 1, 1, 0), &
+      rule_t('&material relaxation_times', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 156, 1, 1, 0), &
+      rule_t('&material young_1', requires, '&material law = ''orthotropic''', by_meaning, '', '', 158, 1, 1, 0), &
+      rule_t('&material young_2', requires, '&material law = ''orthotropic''', by_meaning, '', '', 160, 1, 1, 0), &
+      rule_t('&material young_3', requires, '&material law = ''orthotropic''', by_meaning, '', '', 162, 1, 1, 0), &
+      rule_t('&material shear_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 164, 1, 1, 0), &
+      rule_t('&material shear_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 166, 1, 1, 0), &
+      rule_t('&material shear_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 168, 1, 1, 0), &
+      rule_t('&material poisson_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 170, 1, 1, 0), &
+      rule_t('&material poisson_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 172, 1, 1, 0), &
+      rule_t('&material poisson_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 174, 1, 1, 0), &
+      rule_t('&material angle', requires, '&material law = ''orthotropic''', by_meaning, '', '', 176, 1, 1, 0), &
       rule_t('&material law = ''orthotropic''', requires, &
-         '&material young_1 and &material young_2 and &material shear_12 and &material poisson_12', by_meaning, '', '', 179, 1, &
+         '&material young_1 and &material young_2 and &material shear_12 and &material poisson_12', by_meaning, '', '', 178, 1, &
          4, 0), &
       rule_t('&material law = ''orthotropic'' and &run plane = ''strain'' | ''axisymmetric''', requires, &
          '&material young_3 and &material poisson_13 and &material poisson_23', mechanics, &
-         'strain across the plane is constrained', '', 184, 2, 3, 0), &
-      rule_t('&material young', not_with, '&material law = ''orthotropic''', by_meaning, '', 'young_1 and young_2', 189, 1, 1, &
+         'strain across the plane is constrained', '', 183, 2, 3, 0), &
+      rule_t('&material young', not_with, '&material law = ''orthotropic''', by_meaning, '', 'young_1 and young_2', 188, 1, 1, &
          0), &
-      rule_t('&material poisson', not_with, '&material law = ''orthotropic''', by_meaning, '', 'poisson_12', 191, 1, 1, 0), &
+      rule_t('&material poisson', not_with, '&material law = ''orthotropic''', by_meaning, '', 'poisson_12', 190, 1, 1, 0), &
       rule_t('&material young_3', no_effect_with, '&run plane = ''stress'' and a plane', mechanics, 'the thickness is free', '', &
-         193, 1, 2, 0), &
+         192, 1, 2, 0), &
       rule_t('&material poisson_13', no_effect_with, '&run plane = ''stress'' and a plane', mechanics, 'the thickness is free', &
-         '', 196, 1, 2, 0), &
+         '', 195, 1, 2, 0), &
       rule_t('&material poisson_23', no_effect_with, '&run plane = ''stress'' and a plane', mechanics, 'the thickness is free', &
-         '', 199, 1, 2, 0), &
-      rule_t('&material law = ''j2_plastic''', requires, '&material yield_stress > 0', by_meaning, '', '', 202, 1, 1, 0), &
-      rule_t('&material saturation', requires, '&material saturation_strain', by_meaning, '', '', 204, 1, 1, 0), &
-      rule_t('&material law = ''mooney_rivlin''', requires, '&material c01', by_meaning, '', '', 206, 1, 1, 0)]
+         '', 198, 1, 2, 0), &
+      rule_t('&material law = ''j2_plastic''', requires, '&material yield_stress > 0', by_meaning, '', '', 201, 1, 1, 0), &
+      rule_t('&material saturation', requires, '&material saturation_strain', by_meaning, '', '', 203, 1, 1, 0), &
+      rule_t('&material law = ''mooney_rivlin''', requires, '&material c01', by_meaning, '', '', 205, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_3(*) = [ &
       rule_t('&material law = ''viscoelastic''', requires, '&material moduli and &material relaxation_times', by_meaning, '', &
-         '', 208, 1, 2, 0), &
+         '', 207, 1, 2, 0), &
       rule_t('&material volumetric = ''b_bar''', not_with, &
          '&method time = ''static'' | ''implicit'' and &material law = {laws of any strain}', not_built, &
-         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 211, 1, 2, 1), &
+         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 210, 1, 2, 1), &
       rule_t('&material volumetric = ''b_bar''', not_with, '&method shape_functions = ''cpdi''', mechanics, &
-         'a domain has one dilatation', '&material volumetric = ''standard''', 215, 1, 1, 1), &
+         'a domain has one dilatation', '&material volumetric = ''standard''', 214, 1, 1, 1), &
       rule_t('&material volumetric = ''b_bar''', no_effect_with, '&grid order = 2', mechanics, 'quadratic cells do not lock', &
-         '', 218, 1, 1, 0), &
+         '', 217, 1, 1, 0), &
       rule_t('&material volumetric = ''standard''', warned_with, &
          '&material poisson > 0.4899 and &run plane /= ''stress'' and &grid order = 1', mechanics, &
-         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 220, &
+         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 219, &
          1, 3, 1), &
       rule_t('&material volumetric = ''standard''', warned_with, '&material poisson > 0.4899 and a solid', mechanics, &
-         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 225, &
+         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 224, &
          1, 2, 1), &
       rule_t('&material volumetric = ''standard''', warned_with, &
          '&material law = ''j2_plastic'' and &run plane /= ''stress'' and &grid order = 1', mechanics, &
          'yielding cells lock: they are too stiff, and loads rise beyond the limit load', '&material volumetric = ''b_bar''', &
-         229, 1, 3, 1), &
+         228, 1, 3, 1), &
       rule_t('&material volumetric = ''standard''', warned_with, '&material law = ''j2_plastic'' and a solid', mechanics, &
          'yielding cells lock: they are too stiff, and loads rise beyond the limit load', '&material volumetric = ''b_bar''', &
-         234, 1, 2, 1), &
+         233, 1, 2, 1), &
       rule_t('&material law = {laws with a history}', not_with, '&growth law = {growth laws at rest}', mechanics, &
-         'J is not the energy release rate where material around a growing tip dissipates energy', '', 238, 1, 1, 0), &
+         'J is not the energy release rate where material around a growing tip dissipates energy', '', 237, 1, 1, 0), &
       rule_t('&material law = {laws with a history}', not_with, &
          '&growth law = {growth laws in motion by toughness} and &method time = ''implicit''', mechanics, &
-         'J is not the energy release rate where material around a growing tip dissipates energy', '', 240, 1, 2, 0), &
+         'J is not the energy release rate where material around a growing tip dissipates energy', '', 239, 1, 2, 0), &
       rule_t('&material law = {laws with a history}', not_with, &
          '&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy''', mechanics, &
-         'the direction needs stress intensity factors, which the law does not have', '&growth direction = ''straight''', 243, &
+         'the direction needs stress intensity factors, which the law does not have', '&growth direction = ''straight''', 242, &
          1, 1, 1), &
       rule_t('&material law = {laws with a history}', not_with, &
          '&growth mixed_mode = ''hutchinson_suo'' | ''benzeggagh_kenane''', mechanics, 'the law has no shares of modes', &
-         '&growth mixed_mode = ''none''', 246, 1, 1, 1), &
+         '&growth mixed_mode = ''none''', 245, 1, 1, 1), &
       rule_t('&material law = ''orthotropic''', not_with, '&growth law = {growth laws in motion}', not_built, &
-         'K and the limiting speed of a moving tip are known for isotropic material only', '', 249, 1, 1, 0), &
+         'K and the limiting speed of a moving tip are known for isotropic material only', '', 248, 1, 1, 0), &
       rule_t('&material law = ''orthotropic''', not_with, &
          '&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy''', not_built, &
          'the stress intensity factors of short kinks are known for isotropic material only', &
-         '&growth direction = ''straight''', 251, 1, 1, 1), &
-      rule_t('&material', no_effect_without, 'a body of it', by_meaning, '', '', 254, 1, 1, 0), &
-      rule_t('&body', requires, '&body material or &body hole = .true.', by_meaning, '', '', 256, 1, 2, 0), &
-      rule_t('&body material', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 259, 1, 1, 0), &
-      rule_t('&body velocity', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 261, 1, 1, 0), &
-      rule_t('&body spin', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 263, 1, 1, 0), &
-      rule_t('&body eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 265, 1, 1, 0), &
-      rule_t('&body contact_group', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 267, 1, 1, 0), &
-      rule_t('&body toughness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 269, 1, 1, 0), &
-      rule_t('&body profile_at', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 271, 1, 1, 0), &
-      rule_t('&body profile_direction', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 273, 1, 1, 0), &
-      rule_t('&body profile_stiffness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 275, 1, 1, 0), &
-      rule_t('&body profile_density', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 277, 1, 1, 0), &
-      rule_t('&body profile_eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 279, 1, 1, 0), &
-      rule_t('&body points_per_cell', no_effect_with, '&body hole = .true.', by_meaning, '', '', 281, 1, 1, 0), &
-      rule_t('&body shape = ''rectangle''', requires, '&body lower and &body upper', by_meaning, '', '', 283, 1, 2, 0), &
-      rule_t('&body shape = ''polygon''', requires, '&body points', by_meaning, '', '', 286, 1, 1, 0), &
-      rule_t('&body shape = ''circle''', requires, '&body center and &body radius > 0', by_meaning, '', '', 288, 1, 2, 0), &
+         '&growth direction = ''straight''', 250, 1, 1, 1), &
+      rule_t('&material', no_effect_without, 'a body of it', by_meaning, '', '', 253, 1, 1, 0), &
+      rule_t('&body', requires, '&body material or &body hole = .true.', by_meaning, '', '', 255, 1, 2, 0), &
+      rule_t('&body material', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 258, 1, 1, 0), &
+      rule_t('&body velocity', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 260, 1, 1, 0), &
+      rule_t('&body spin', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 262, 1, 1, 0), &
+      rule_t('&body eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 264, 1, 1, 0), &
+      rule_t('&body contact_group', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 266, 1, 1, 0), &
+      rule_t('&body toughness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 268, 1, 1, 0), &
+      rule_t('&body profile_at', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 270, 1, 1, 0), &
+      rule_t('&body profile_direction', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 272, 1, 1, 0), &
+      rule_t('&body profile_stiffness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 274, 1, 1, 0), &
+      rule_t('&body profile_density', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 276, 1, 1, 0), &
+      rule_t('&body profile_eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 278, 1, 1, 0), &
+      rule_t('&body points_per_cell', no_effect_with, '&body hole = .true.', by_meaning, '', '', 280, 1, 1, 0), &
+      rule_t('&body shape = ''rectangle''', requires, '&body lower and &body upper', by_meaning, '', '', 282, 1, 2, 0), &
+      rule_t('&body shape = ''polygon''', requires, '&body points', by_meaning, '', '', 285, 1, 1, 0), &
+      rule_t('&body shape = ''circle''', requires, '&body center and &body radius > 0', by_meaning, '', '', 287, 1, 2, 0), &
       rule_t('&body shape = ''cylinder'' | ''sphere''', requires, 'a solid', mechanics, 'they are no shapes of a plane', &
-         '&body shape = ''circle''', 291, 1, 1, 1), &
+         '&body shape = ''circle''', 290, 1, 1, 1), &
       rule_t('&body shape = ''cylinder''', requires, '&body lower and &body upper and &body radius > 0', by_meaning, '', '', &
-         294, 1, 3, 0), &
-      rule_t('&body shape = ''sphere''', requires, '&body center and &body radius > 0', by_meaning, '', '', 298, 1, 2, 0), &
-      rule_t('&body lower', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 301, 1, &
+         293, 1, 3, 0), &
+      rule_t('&body shape = ''sphere''', requires, '&body center and &body radius > 0', by_meaning, '', '', 297, 1, 2, 0), &
+      rule_t('&body lower', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 300, 1, &
          2, 0), &
-      rule_t('&body upper', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 304, 1, &
+      rule_t('&body upper', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 303, 1, &
          2, 0), &
-      rule_t('&body points', requires, '&body shape = ''polygon''', by_meaning, '', '', 307, 1, 1, 0), &
-      rule_t('&body center', requires, '&body shape = ''circle'' or &body shape = ''sphere''', by_meaning, '', '', 309, 1, 2, &
+      rule_t('&body points', requires, '&body shape = ''polygon''', by_meaning, '', '', 306, 1, 1, 0), &
+      rule_t('&body center', requires, '&body shape = ''circle'' or &body shape = ''sphere''', by_meaning, '', '', 308, 1, 2, &
          0), &
       rule_t('&body radius', requires, '&body shape = ''circle'' or &body shape = ''cylinder'' or &body shape = ''sphere''', &
-         by_meaning, '', '', 312, 1, 3, 0), &
+         by_meaning, '', '', 311, 1, 3, 0), &
       rule_t('&body contact_group', requires, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', by_meaning, &
-         'contact groups have an effect in contact only', '', 316, 1, 1, 0)]
+         'contact groups have an effect in contact only', '', 315, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_4(*) = [ &
       rule_t('&body contact_group', no_effect_without, 'another body of that group', mechanics, &
-         'a body without this key is a contact group by itself', '', 318, 1, 1, 0), &
+         'a body without this key is a contact group by itself', '', 317, 1, 1, 0), &
       rule_t('&body points_per_cell < 3', not_with, '&grid order = 2', mechanics, &
-         'fewer than 3 leave hourglass motions of the nodes without strain of a particle', '&body points_per_cell = 3', 320, 1, &
+         'fewer than 3 leave hourglass motions of the nodes without strain of a particle', '&body points_per_cell = 3', 319, 1, &
          1, 1), &
-      rule_t('&body velocity', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 323, 1, &
+      rule_t('&body velocity', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 322, 1, &
          1, 0), &
-      rule_t('&body spin', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 325, 1, 1, &
+      rule_t('&body spin', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 324, 1, 1, &
          0), &
       rule_t('&body spin', not_with, '&method start = ''static''', mechanics, &
-         'a body that rotates is not in static equilibrium', '', 327, 1, 1, 0), &
+         'a body that rotates is not in static equilibrium', '', 326, 1, 1, 0), &
       rule_t('&body eigenstrain and a shear of the eigenstrain', not_with, '&crack kind = ''symmetry''', mechanics, &
-         'the other half would have the opposite shear, the third value', '', 329, 2, 1, 0), &
+         'the other half would have the opposite shear, the third value', '', 328, 2, 1, 0), &
       rule_t('&body eigenstrain', not_with, '&energy_release reference = ''dcb''', mechanics, 'the closed form is for forces', &
-         '', 332, 1, 1, 0), &
-      rule_t('&body held = .false.', requires, '&body eigenstrain', by_meaning, 'growth scales the eigenstrain', '', 334, 1, 1, &
+         '', 331, 1, 1, 0), &
+      rule_t('&body held = .false.', requires, '&body eigenstrain', by_meaning, 'growth scales the eigenstrain', '', 333, 1, 1, &
          0), &
       rule_t('&body held = .false.', no_effect_without, '&growth law = {growth laws that scale loads}', mechanics, &
-         'only growth at rest scales what acts', '', 336, 1, 1, 0), &
-      rule_t('&body held = .false.', not_with, '&control', not_built, 'a load frame has a force and a displacement', '', 338, 1, &
+         'only growth at rest scales what acts', '', 335, 1, 1, 0), &
+      rule_t('&body held = .false.', not_with, '&control', not_built, 'a load frame has a force and a displacement', '', 337, 1, &
          1, 0), &
-      rule_t('&body profile_stiffness', requires, '&body profile_at', by_meaning, '', '', 340, 1, 1, 0), &
-      rule_t('&body profile_density', requires, '&body profile_at', by_meaning, '', '', 342, 1, 1, 0), &
-      rule_t('&body profile_eigenstrain', requires, '&body profile_at', by_meaning, '', '', 344, 1, 1, 0), &
+      rule_t('&body profile_stiffness', requires, '&body profile_at', by_meaning, '', '', 339, 1, 1, 0), &
+      rule_t('&body profile_density', requires, '&body profile_at', by_meaning, '', '', 341, 1, 1, 0), &
+      rule_t('&body profile_eigenstrain', requires, '&body profile_at', by_meaning, '', '', 343, 1, 1, 0), &
       rule_t('&body profile_at', requires, '&body profile_stiffness or &body profile_density or &body profile_eigenstrain', &
-         by_meaning, '', '', 346, 1, 3, 0), &
-      rule_t('&body profile_direction', no_effect_without, '&body profile_at', by_meaning, '', '', 350, 1, 1, 0), &
-      rule_t('&body profile_eigenstrain', requires, '&body eigenstrain', by_meaning, '', '', 352, 1, 1, 0), &
+         by_meaning, '', '', 345, 1, 3, 0), &
+      rule_t('&body profile_direction', no_effect_without, '&body profile_at', by_meaning, '', '', 349, 1, 1, 0), &
+      rule_t('&body profile_eigenstrain', requires, '&body eigenstrain', by_meaning, '', '', 351, 1, 1, 0), &
       rule_t('&body profile_eigenstrain', not_with, '&material law = {laws of any strain}', not_built, &
-         'J does not know how such an eigenstrain changes', '', 354, 1, 1, 0), &
+         'J does not know how such an eigenstrain changes', '', 353, 1, 1, 0), &
       rule_t('&body profile_eigenstrain', not_with, '&run plane = ''axisymmetric''', not_built, &
-         'J does not know how an eigenstrain around the axis changes', '', 356, 1, 1, 0), &
+         'J does not know how an eigenstrain around the axis changes', '', 355, 1, 1, 0), &
       rule_t('&body profile_at', not_with, '&energy_release phase_length', not_built, &
-         'the fields that the integral is with are those of uniform materials', '', 358, 1, 1, 0), &
+         'the fields that the integral is with are those of uniform materials', '', 357, 1, 1, 0), &
       rule_t('&body profile_at', not_with, '&energy_release reference = ''dcb''', mechanics, &
-         'the closed form is of uniform material', '', 360, 1, 1, 0), &
+         'the closed form is of uniform material', '', 359, 1, 1, 0), &
       rule_t('&body profile_eigenstrain', not_with, '&body held = .false.', not_built, &
-         'a load factor does not reach how an eigenstrain changes', '&body held = .true.', 362, 1, 1, 1), &
+         'a load factor does not reach how an eigenstrain changes', '&body held = .true.', 361, 1, 1, 1), &
       rule_t('&body eigenstrain and a fourth value of the eigenstrain', warned_with, '&run plane = ''stress'' and a plane', &
-         mechanics, 'the fourth value has no effect, as the thickness is free', '', 365, 2, 2, 0), &
-      rule_t('&constraint rise_time', requires, '&constraint history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 369, 1, &
+         mechanics, 'the fourth value has no effect, as the thickness is free', '', 364, 2, 2, 0), &
+      rule_t('&constraint rise_time', requires, '&constraint history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 368, 1, &
          1, 0), &
-      rule_t('&constraint frequency', requires, '&constraint history = ''sine''', by_meaning, '', '', 371, 1, 1, 0), &
-      rule_t('&constraint times', requires, '&constraint history = ''table''', by_meaning, '', '', 373, 1, 1, 0), &
-      rule_t('&constraint factors', requires, '&constraint history = ''table''', by_meaning, '', '', 375, 1, 1, 0), &
-      rule_t('&constraint history = ''ramp'' | ''smooth_ramp''', requires, '&constraint rise_time > 0', by_meaning, '', '', 377, &
+      rule_t('&constraint frequency', requires, '&constraint history = ''sine''', by_meaning, '', '', 370, 1, 1, 0), &
+      rule_t('&constraint times', requires, '&constraint history = ''table''', by_meaning, '', '', 372, 1, 1, 0), &
+      rule_t('&constraint factors', requires, '&constraint history = ''table''', by_meaning, '', '', 374, 1, 1, 0), &
+      rule_t('&constraint history = ''ramp'' | ''smooth_ramp''', requires, '&constraint rise_time > 0', by_meaning, '', '', 376, &
          1, 1, 0), &
-      rule_t('&constraint history = ''sine''', requires, '&constraint frequency > 0', by_meaning, '', '', 379, 1, 1, 0), &
-      rule_t('&constraint history = ''table''', requires, '&constraint times and &constraint factors', by_meaning, '', '', 381, &
+      rule_t('&constraint history = ''sine''', requires, '&constraint frequency > 0', by_meaning, '', '', 378, 1, 1, 0), &
+      rule_t('&constraint history = ''table''', requires, '&constraint times and &constraint factors', by_meaning, '', '', 380, &
          1, 2, 0), &
-      rule_t('&load rise_time', requires, '&load history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 384, 1, 1, 0), &
-      rule_t('&load frequency', requires, '&load history = ''sine''', by_meaning, '', '', 386, 1, 1, 0), &
-      rule_t('&load times', requires, '&load history = ''table''', by_meaning, '', '', 388, 1, 1, 0), &
-      rule_t('&load factors', requires, '&load history = ''table''', by_meaning, '', '', 390, 1, 1, 0), &
-      rule_t('&load history = ''ramp'' | ''smooth_ramp''', requires, '&load rise_time > 0', by_meaning, '', '', 392, 1, 1, 0), &
-      rule_t('&load history = ''sine''', requires, '&load frequency > 0', by_meaning, '', '', 394, 1, 1, 0), &
-      rule_t('&load history = ''table''', requires, '&load times and &load factors', by_meaning, '', '', 396, 1, 2, 0), &
-      rule_t('&control rise_time', requires, '&control history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 399, 1, 1, 0), &
-      rule_t('&control frequency', requires, '&control history = ''sine''', by_meaning, '', '', 401, 1, 1, 0), &
-      rule_t('&control times', requires, '&control history = ''table''', by_meaning, '', '', 403, 1, 1, 0), &
-      rule_t('&control factors', requires, '&control history = ''table''', by_meaning, '', '', 405, 1, 1, 0)]
+      rule_t('&load rise_time', requires, '&load history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 383, 1, 1, 0), &
+      rule_t('&load frequency', requires, '&load history = ''sine''', by_meaning, '', '', 385, 1, 1, 0), &
+      rule_t('&load times', requires, '&load history = ''table''', by_meaning, '', '', 387, 1, 1, 0), &
+      rule_t('&load factors', requires, '&load history = ''table''', by_meaning, '', '', 389, 1, 1, 0), &
+      rule_t('&load history = ''ramp'' | ''smooth_ramp''', requires, '&load rise_time > 0', by_meaning, '', '', 391, 1, 1, 0), &
+      rule_t('&load history = ''sine''', requires, '&load frequency > 0', by_meaning, '', '', 393, 1, 1, 0), &
+      rule_t('&load history = ''table''', requires, '&load times and &load factors', by_meaning, '', '', 395, 1, 2, 0), &
+      rule_t('&control rise_time', requires, '&control history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 398, 1, 1, 0), &
+      rule_t('&control frequency', requires, '&control history = ''sine''', by_meaning, '', '', 400, 1, 1, 0), &
+      rule_t('&control times', requires, '&control history = ''table''', by_meaning, '', '', 402, 1, 1, 0), &
+      rule_t('&control factors', requires, '&control history = ''table''', by_meaning, '', '', 404, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_5(*) = [ &
-      rule_t('&control history = ''ramp'' | ''smooth_ramp''', requires, '&control rise_time > 0', by_meaning, '', '', 407, 1, 1, &
+      rule_t('&control history = ''ramp'' | ''smooth_ramp''', requires, '&control rise_time > 0', by_meaning, '', '', 406, 1, 1, &
          0), &
-      rule_t('&control history = ''sine''', requires, '&control frequency > 0', by_meaning, '', '', 409, 1, 1, 0), &
-      rule_t('&control history = ''table''', requires, '&control times and &control factors', by_meaning, '', '', 411, 1, 2, 0), &
+      rule_t('&control history = ''sine''', requires, '&control frequency > 0', by_meaning, '', '', 408, 1, 1, 0), &
+      rule_t('&control history = ''table''', requires, '&control times and &control factors', by_meaning, '', '', 410, 1, 2, 0), &
       rule_t('&constraint history', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
-         'the factor applies to a prescribed motion, and none is given', '', 414, 1, 2, 0), &
+         'the factor applies to a prescribed motion, and none is given', '', 413, 1, 2, 0), &
       rule_t('&constraint start', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
-         'the factor applies to a prescribed motion, and none is given', '', 417, 1, 2, 0), &
+         'the factor applies to a prescribed motion, and none is given', '', 416, 1, 2, 0), &
       rule_t('&constraint held', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
-         'the factor applies to a prescribed motion, and none is given', '', 420, 1, 2, 0), &
+         'the factor applies to a prescribed motion, and none is given', '', 419, 1, 2, 0), &
       rule_t('&constraint displacement and &constraint history = ''step''', not_with, &
          '&method time = ''explicit'' | ''implicit'' | ''modal'' and &method start = ''undeformed''', mechanics, &
-         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 423, 2, 2, 0), &
+         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 422, 2, 2, 0), &
       rule_t('&constraint displacement and &constraint history = ''step'' and &constraint start > 0', not_with, &
          '&method time = ''explicit'' | ''implicit'' | ''modal'' and &method start = ''static''', mechanics, &
-         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 427, 3, 2, 0), &
+         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 426, 3, 2, 0), &
       rule_t('&constraint unilateral = .true.', not_with, '&method time = ''explicit''', not_built, &
-         'faces with contact separate and touch again in explicit steps', '&method time = ''implicit''', 432, 1, 1, 1), &
+         'faces with contact separate and touch again in explicit steps', '&method time = ''implicit''', 431, 1, 1, 1), &
       rule_t('&constraint turns = .true.', not_with, '&constraint unilateral = .true.', not_built, &
-         'nodes of a support part one by one, and no rigid body does', '&constraint unilateral = .false.', 435, 1, 1, 1), &
+         'nodes of a support part one by one, and no rigid body does', '&constraint unilateral = .false.', 434, 1, 1, 1), &
       rule_t('&constraint turns = .true.', not_with, '&run plane = ''axisymmetric''', mechanics, &
-         'a ring does not turn in the plane of its section without strain', '', 438, 1, 1, 0), &
+         'a ring does not turn in the plane of its section without strain', '', 437, 1, 1, 0), &
       rule_t('&constraint turns = .true.', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'an impulse between bodies at its nodes would not turn it', '', 440, 1, 1, 0), &
+         'an impulse between bodies at its nodes would not turn it', '', 439, 1, 1, 0), &
       rule_t('&constraint turns = .true.', not_with, '&load kind = ''absorbing''', not_built, &
-         'a dashpot at its nodes would not turn it', '', 442, 1, 1, 0), &
+         'a dashpot at its nodes would not turn it', '', 441, 1, 1, 0), &
       rule_t('&load kind = ''point'' | ''body''', requires, '&load lower and &load upper and &load force', by_meaning, '', '', &
-         444, 1, 3, 0), &
-      rule_t('&load kind = ''traction''', requires, '&load force', by_meaning, '', '', 448, 1, 1, 0), &
-      rule_t('&load kind = ''pressure''', requires, '&load pressure', by_meaning, '', '', 450, 1, 1, 0), &
+         443, 1, 3, 0), &
+      rule_t('&load kind = ''traction''', requires, '&load force', by_meaning, '', '', 447, 1, 1, 0), &
+      rule_t('&load kind = ''pressure''', requires, '&load pressure', by_meaning, '', '', 449, 1, 1, 0), &
       rule_t('&load kind = ''traction'' | ''absorbing''', requires, '&load lower and &load upper or &load side', by_meaning, '', &
-         '', 452, 1, 3, 0), &
+         '', 451, 1, 3, 0), &
       rule_t('&load kind = ''pressure'' and &load on = ''edge''', requires, '&load lower and &load upper or &load side', &
-         by_meaning, '', '', 456, 2, 3, 0), &
-      rule_t('&load side and &load lower', requires, '&load upper', by_meaning, '', '', 461, 2, 1, 0), &
-      rule_t('&load side and &load upper', requires, '&load lower', by_meaning, '', '', 464, 2, 1, 0), &
-      rule_t('&load side', requires, '&load kind = ''traction'' | ''pressure'' | ''absorbing''', by_meaning, '', '', 467, 1, 1, &
+         by_meaning, '', '', 455, 2, 3, 0), &
+      rule_t('&load side and &load lower', requires, '&load upper', by_meaning, '', '', 460, 2, 1, 0), &
+      rule_t('&load side and &load upper', requires, '&load lower', by_meaning, '', '', 463, 2, 1, 0), &
+      rule_t('&load side', requires, '&load kind = ''traction'' | ''pressure'' | ''absorbing''', by_meaning, '', '', 466, 1, 1, &
          0), &
-      rule_t('&load side', not_with, '&load on = ''crack''', by_meaning, '', '', 469, 1, 1, 0), &
+      rule_t('&load side', not_with, '&load on = ''crack''', by_meaning, '', '', 468, 1, 1, 0), &
       rule_t('&load side', not_with, '&load face = ''left'' | ''right''', by_meaning, &
-         'faces of cracks are no sides of polygons', '', 471, 1, 1, 0), &
+         'faces of cracks are no sides of polygons', '', 470, 1, 1, 0), &
       rule_t('&load side', not_with, 'a solid', by_meaning, &
-         'sides of solids are flat along the grid, or round: give the box of one', '', 473, 1, 1, 0), &
-      rule_t('&load kind = ''gravity''', requires, '&load acceleration', by_meaning, '', '', 475, 1, 1, 0), &
+         'sides of solids are flat along the grid, or round: give the box of one', '', 472, 1, 1, 0), &
+      rule_t('&load kind = ''gravity''', requires, '&load acceleration', by_meaning, '', '', 474, 1, 1, 0), &
       rule_t('&load lower', not_with, '&load kind = ''gravity''', by_meaning, 'gravity acts on all bodies', 'kind = ''body''', &
-         477, 1, 1, 0), &
+         476, 1, 1, 0), &
       rule_t('&load lower', not_with, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, &
-         'the pressure acts on both faces of the whole crack', '', 479, 1, 2, 0), &
+         'the pressure acts on both faces of the whole crack', '', 478, 1, 2, 0), &
       rule_t('&load upper', not_with, '&load kind = ''gravity''', by_meaning, 'gravity acts on all bodies', 'kind = ''body''', &
-         482, 1, 1, 0), &
+         481, 1, 1, 0), &
       rule_t('&load upper', not_with, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, &
-         'the pressure acts on both faces of the whole crack', '', 484, 1, 2, 0), &
-      rule_t('&load force', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', by_meaning, '', '', 487, 1, 1, &
+         'the pressure acts on both faces of the whole crack', '', 483, 1, 2, 0), &
+      rule_t('&load force', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', by_meaning, '', '', 486, 1, 1, &
          0), &
       rule_t('&load history', not_with, '&load kind = ''absorbing''', by_meaning, 'velocities of the edge give its force', '', &
-         489, 1, 1, 0), &
+         488, 1, 1, 0), &
       rule_t('&load start', not_with, '&load kind = ''absorbing''', by_meaning, 'velocities of the edge give its force', '', &
-         491, 1, 1, 0), &
+         490, 1, 1, 0), &
       rule_t('&load kind = ''absorbing''', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', &
-         '', 493, 1, 1, 0), &
+         '', 492, 1, 1, 0), &
       rule_t('&load kind = ''absorbing''', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no dashpots', '&method path = ''fastest''', 495, 1, 1, 1), &
+         'the reference step has no dashpots', '&method path = ''fastest''', 494, 1, 1, 1), &
       rule_t('&load kind = ''absorbing''', not_with, '&grid order = 2 and cells that are cut', not_built, &
-         'dashpots act on lumped masses', '&grid order = 1', 498, 1, 2, 1), &
-      rule_t('&load pressure', requires, '&load kind = ''pressure''', by_meaning, '', '', 502, 1, 1, 0), &
-      rule_t('&load acceleration', requires, '&load kind = ''gravity''', by_meaning, '', '', 504, 1, 1, 0), &
-      rule_t('&load on = ''crack''', requires, '&load kind = ''pressure''', by_meaning, '', '', 506, 1, 1, 0), &
-      rule_t('&load crack', requires, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, '', '', 508, 1, 2, 0), &
+         'dashpots act on lumped masses', '&grid order = 1', 497, 1, 2, 1), &
+      rule_t('&load pressure', requires, '&load kind = ''pressure''', by_meaning, '', '', 501, 1, 1, 0), &
+      rule_t('&load acceleration', requires, '&load kind = ''gravity''', by_meaning, '', '', 503, 1, 1, 0), &
+      rule_t('&load on = ''crack''', requires, '&load kind = ''pressure''', by_meaning, '', '', 505, 1, 1, 0), &
+      rule_t('&load crack', requires, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, '', '', 507, 1, 2, 0), &
       rule_t('&load face = ''left'' | ''right''', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', &
-         by_meaning, '', '', 511, 1, 1, 0)]
+         by_meaning, '', '', 510, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_6(*) = [ &
-      rule_t('&load on = ''crack''', requires, '&crack', by_meaning, '', '', 513, 1, 1, 0), &
+      rule_t('&load on = ''crack''', requires, '&crack', by_meaning, '', '', 512, 1, 1, 0), &
       rule_t('&load crack', requires, '&crack kind = ''line'' | ''path'' | ''plane''', by_meaning, &
-         'other cracks are the only one', '', 515, 1, 1, 0), &
+         'other cracks are the only one', '', 514, 1, 1, 0), &
       rule_t('&load on = ''crack'' and several cracks', requires, '&load crack', by_meaning, 'the name selects the crack', '', &
-         517, 2, 1, 0), &
+         516, 2, 1, 0), &
       rule_t('&load on = ''crack''', not_with, 'a pressed path that grows in motion', not_built, &
-         'bonded points join cells that are cut ahead of the tip; pressure must not act there', 'law = ''quasi_static''', 520, &
+         'bonded points join cells that are cut ahead of the tip; pressure must not act there', 'law = ''quasi_static''', 519, &
          1, 1, 0), &
       rule_t('&load start < 0', no_effect_with, '&load history = ''step''', by_meaning, &
-         'a step load that begins before the run acts from its beginning', '', 522, 1, 1, 0), &
+         'a step load that begins before the run acts from its beginning', '', 521, 1, 1, 0), &
       rule_t('&contact bodies = ''friction''', requires, '&contact friction > 0', by_meaning, '', &
-         '&contact bodies = ''frictionless''', 524, 1, 1, 1), &
-      rule_t('&contact friction', requires, '&contact bodies = ''friction''', by_meaning, '', '', 527, 1, 1, 0), &
+         '&contact bodies = ''frictionless''', 523, 1, 1, 1), &
+      rule_t('&contact friction', requires, '&contact bodies = ''friction''', by_meaning, '', '', 526, 1, 1, 0), &
       rule_t('&contact distance', requires, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', by_meaning, &
-         'bonded bodies interact as soon as both have cells at a node', '', 529, 1, 1, 0), &
+         'bonded bodies interact as soon as both have cells at a node', '', 528, 1, 1, 0), &
       rule_t('&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_with, '&grid order = 2', not_built, '', &
-         '&grid order = 1', 531, 1, 1, 1), &
+         '&grid order = 1', 530, 1, 1, 1), &
       rule_t('&method time = ''static'' | ''implicit'' | ''modal''', not_with, &
          '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
          'bodies that come near each other are found in explicit steps; those that touch from the '// &
-         'start may have a &crack with contact along their common face', '&method time = ''explicit''', 534, 1, 1, 1), &
+         'start may have a &crack with contact along their common face', '&method time = ''explicit''', 533, 1, 1, 1), &
       rule_t('&method frame = ''total''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', mechanics, &
-         'bodies never come into contact in the total Lagrangian frame', '&method frame = ''updated''', 537, 1, 1, 1), &
+         'bodies never come into contact in the total Lagrangian frame', '&method frame = ''updated''', 536, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&method time = ''static''', not_built, &
-         'static equilibrium is found in the reference configuration', '&method frame = ''total''', 540, 1, 1, 1), &
+         'static equilibrium is found in the reference configuration', '&method frame = ''total''', 539, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&method time = ''implicit'' | ''modal''', not_built, &
          'nodes keep velocity and acceleration from step to step, so they must keep their material', &
-         '&method frame = ''total''', 543, 1, 1, 1), &
+         '&method frame = ''total''', 542, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&grid order = 2', not_built, &
-         'quadrature weights of particles hold at their reference positions only', '&method frame = ''total''', 546, 1, 1, 1), &
+         'quadrature weights of particles hold at their reference positions only', '&method frame = ''total''', 545, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&crack kind = ''symmetry'' and &growth law = {growth laws in motion}', &
-         not_built, 'the crack stays in the grid, and the material ahead of its tip moves', '&method frame = ''total''', 549, 1, &
+         not_built, 'the crack stays in the grid, and the material ahead of its tip moves', '&method frame = ''total''', 548, 1, &
          2, 1), &
       rule_t('&method shape_functions = ''cpdi''', requires, '&method frame = ''updated''', mechanics, &
          'particles stay in their cells in the total Lagrangian frame, where shape functions of '//'cells are more accurate', &
-         '', 553, 1, 1, 0), &
+         '', 552, 1, 1, 0), &
       rule_t('&method path = ''reference''', not_with, '&method time = ''static'' | ''implicit'' | ''modal''', by_meaning, &
-         'the reference step is explicit', '&method time = ''explicit''', 555, 1, 1, 1), &
+         'the reference step is explicit', '&method time = ''explicit''', 554, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&method shape_functions = ''cpdi''', not_built, &
-         'particles of the reference step are points of cells', '&method shape_functions = ''linear''', 558, 1, 1, 1), &
+         'particles of the reference step are points of cells', '&method shape_functions = ''linear''', 557, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&method mass = ''consistent'' | ''partial'' | ''fmpm'' | ''weighted''', &
-         not_built, 'the reference step divides by lumped masses', '&method mass = ''lumped''', 561, 1, 1, 1), &
+         not_built, 'the reference step divides by lumped masses', '&method mass = ''lumped''', 560, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&material volumetric = ''b_bar''', not_built, &
-         'particles of the reference step have their own dilatation', '&material volumetric = ''standard''', 564, 1, 1, 1), &
+         'particles of the reference step have their own dilatation', '&material volumetric = ''standard''', 563, 1, 1, 1), &
       rule_t('&constraint displacement', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no prescribed motion', '&method path = ''fastest''', 567, 1, 1, 1), &
+         'the reference step has no prescribed motion', '&method path = ''fastest''', 566, 1, 1, 1), &
       rule_t('&constraint velocity', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no prescribed motion', '&method path = ''fastest''', 570, 1, 1, 1), &
+         'the reference step has no prescribed motion', '&method path = ''fastest''', 569, 1, 1, 1), &
       rule_t('&constraint turns', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no prescribed motion', '&method path = ''fastest''', 573, 1, 1, 1), &
+         'the reference step has no prescribed motion', '&method path = ''fastest''', 572, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', &
-         not_built, 'the reference step has one velocity field', '&contact bodies = ''bonded''', 576, 1, 1, 1), &
+         not_built, 'the reference step has one velocity field', '&contact bodies = ''bonded''', 575, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'the reference step has no contact of faces', '&crack contact = ''none''', 579, 1, 1, 1), &
-      rule_t('&method path = ''reference''', not_with, '&growth', not_built, 'the reference step has no growth', '', 582, 1, 1, &
+         'the reference step has no contact of faces', '&crack contact = ''none''', 578, 1, 1, 1), &
+      rule_t('&method path = ''reference''', not_with, '&growth', not_built, 'the reference step has no growth', '', 581, 1, 1, &
          0), &
       rule_t('&method path = ''reference''', not_with, '&energy_release energy_balance = .true.', not_built, &
-         'the reference step does not record numerical losses', '', 584, 1, 1, 0), &
+         'the reference step does not record numerical losses', '', 583, 1, 1, 0), &
       rule_t('&method mass = ''fmpm''', not_with, '&method time = ''implicit'' | ''modal''', mechanics, &
-         'fmpm is a series for the inverse, and implicit steps and modes use the matrix', '&method mass = ''consistent''', 586, &
+         'fmpm is a series for the inverse, and implicit steps and modes use the matrix', '&method mass = ''consistent''', 585, &
          1, 1, 1), &
       rule_t('&method mass = ''lumped'' | ''partial'' | ''fmpm'' | ''weighted''', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' | ''modal'' and cells that are '//'cut', mechanics, &
-         'some nodes would have a lumped mass below 0', '&method mass = ''consistent''', 589, 1, 3, 1), &
+         'some nodes would have a lumped mass below 0', '&method mass = ''consistent''', 588, 1, 3, 1), &
       rule_t('&method solver = ''cg''', not_with, 'a mass matrix that acts and quadratic cells at an axis', mechanics, &
-         'cg is preconditioned by lumped masses, which are 0 on the axis', '&method solver = ''direct''', 594, 1, 2, 1), &
+         'cg is preconditioned by lumped masses, which are 0 on the axis', '&method solver = ''direct''', 593, 1, 2, 1), &
       rule_t('&method solver = ''cg''', not_with, '&method time = ''modal''', mechanics, &
-         'each mode needs many solutions, which a factor gives', '&method solver = ''direct''', 598, 1, 1, 1), &
+         'each mode needs many solutions, which a factor gives', '&method solver = ''direct''', 597, 1, 1, 1), &
       rule_t('&material law = {laws of any strain}', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 601, 1, &
+         'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 600, 1, &
          1, 1), &
       rule_t('&material law = {laws with a history}', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 604, 1, &
+         'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 603, 1, &
          1, 1), &
       rule_t('&crack contact = ''frictionless'' | ''friction''', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 607, 1, 1, 1), &
+         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 606, 1, 1, 1), &
       rule_t('&cohesive', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 610, 1, 1, 1), &
+         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 609, 1, 1, 1), &
       rule_t('&constraint unilateral = .true.', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 613, 1, 1, 1), &
+         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 612, 1, 1, 1), &
       rule_t('&load kind = ''absorbing''', not_with, '&method time = ''modal''', mechanics, &
-         'dashpots at edges couple the modes', '&method time = ''implicit''', 616, 1, 1, 1), &
+         'dashpots at edges couple the modes', '&method time = ''implicit''', 615, 1, 1, 1), &
       rule_t('&refine indicator = {indicators of the motion}', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one mesh', '&refine indicator = ''tip''', 619, 1, 1, 1), &
-      rule_t('&method modes', requires, '&method time = ''modal''', by_meaning, '', '', 622, 1, 1, 0), &
+         'modes belong to one mesh', '&refine indicator = ''tip''', 618, 1, 1, 1), &
+      rule_t('&method modes', requires, '&method time = ''modal''', by_meaning, '', '', 621, 1, 1, 0), &
       rule_t('&method solver = ''cg''', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
          'cg is preconditioned by inverses of mass matrices of cells, and those of small cut cells '//'may be singular', &
-         '&method solver = ''direct''', 624, 1, 3, 1)]
+         '&method solver = ''direct''', 623, 1, 3, 1)]
 
    type(rule_t), parameter :: rules_7(*) = [ &
       rule_t('&method time_step', requires, '&method time = ''implicit''', by_meaning, &
-         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 629, 1, 1, 0), &
-      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 631, 1, 1, 0), &
+         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 628, 1, 1, 0), &
+      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 630, 1, 1, 0), &
       rule_t('&method time_step > 0', not_with, '&method time = ''implicit'' and &method courant > 0', by_meaning, &
-         'both give the time step', 'one of both', 633, 1, 2, 0), &
+         'both give the time step', 'one of both', 632, 1, 2, 0), &
       rule_t('&method consistent_region = ''refined'' and &method mass = ''partial''', requires, &
-         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 636, 2, 1, 0), &
+         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 635, 2, 1, 0), &
       rule_t('&method courant > 0', no_effect_with, '&method time = ''static''', mechanics, &
-         'a load step has no length to limit', '', 639, 1, 1, 0), &
+         'a load step has no length to limit', '', 638, 1, 1, 0), &
       rule_t('&method courant > 0', no_effect_with, '&method time = ''modal''', mechanics, &
-         'modes have exact solutions, from row to row', '', 641, 1, 1, 0), &
+         'modes have exact solutions, from row to row', '', 640, 1, 1, 0), &
       rule_t('&method scheme', no_effect_with, '&method time = ''static'' | ''implicit'' | ''modal''', mechanics, &
-         'the scheme is the order of updates in an explicit step', '', 643, 1, 1, 0), &
+         'the scheme is the order of updates in an explicit step', '', 642, 1, 1, 0), &
       rule_t('&method mass', no_effect_without, 'a mass matrix that acts', mechanics, &
-         'a static model needs mass to extrapolate stress only', '', 645, 1, 1, 0), &
+         'a static model needs mass to extrapolate stress only', '', 644, 1, 1, 0), &
       rule_t('&method wave_speed', no_effect_with, '&method time = ''static''', mechanics, 'a load step has no length to limit', &
-         '', 647, 1, 1, 0), &
+         '', 646, 1, 1, 0), &
       rule_t('&method wave_speed', no_effect_with, '&method time = ''modal''', mechanics, &
-         'modes have exact solutions, from row to row', '', 649, 1, 1, 0), &
+         'modes have exact solutions, from row to row', '', 648, 1, 1, 0), &
       rule_t('&method wave_speed and &method time = ''explicit'' | ''implicit''', no_effect_without, &
          '&method courant or &method frame = ''updated''', by_meaning, 'the step is a fraction of the largest stable one', '', &
-         651, 2, 2, 0), &
-      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 655, 1, 1, 0), &
+         650, 2, 2, 0), &
+      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 654, 1, 1, 0), &
       rule_t('&method start = ''static''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 657, 1, 1, 1), &
+         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 656, 1, 1, 1), &
       rule_t('&method start = ''static''', not_with, &
          '&material volumetric = ''b_bar'' and &material law = {laws of any strain}', not_built, &
-         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 660, 1, 2, 1), &
+         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 659, 1, 2, 1), &
       rule_t('&method start', no_effect_with, '&method time = ''static''', mechanics, 'all states are in static equilibrium', &
-         '', 664, 1, 1, 0), &
+         '', 663, 1, 1, 0), &
       rule_t('&method start', no_effect_without, '&load or &constraint displacement or &body eigenstrain', by_meaning, &
-         'nothing acts at time 0', '', 666, 1, 3, 0), &
+         'nothing acts at time 0', '', 665, 1, 3, 0), &
       rule_t('&method time = ''static''', no_effect_without, &
          '&load or &constraint displacement or &constraint velocity or &body eigenstrain', by_meaning, &
-         'nothing loads the model, and all displacements stay 0', '', 670, 1, 4, 0), &
-      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 675, &
+         'nothing loads the model, and all displacements stay 0', '', 669, 1, 4, 0), &
+      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 674, &
          1, 2, 0), &
       rule_t('&method lumped_fraction', no_effect_without, '&method mass = ''weighted'' and a mass matrix that acts', &
-         by_meaning, '', '', 678, 1, 2, 0), &
+         by_meaning, '', '', 677, 1, 2, 0), &
       rule_t('&method consistent_region', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 681, 1, 2, 0), &
+         by_meaning, '', '', 680, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 684, 1, 2, 0), &
+         by_meaning, '', '', 683, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 687, 1, 2, 0), &
+         by_meaning, '', '', 686, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 690, 1, 2, 0), &
+         'the region consists of the refined cells', '', 689, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 693, 1, 2, 0), &
+         'the region consists of the refined cells', '', 692, 1, 2, 0), &
       rule_t('&method solver = ''direct''', no_effect_with, &
          '&method time = ''explicit'' and &method mass = ''lumped'' | ''fmpm''', mechanics, 'lumped masses need no solution', &
-         '', 696, 1, 2, 0), &
-      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 699, &
+         '', 695, 1, 2, 0), &
+      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 698, &
          1, 1, 0), &
       rule_t('&output history_interval', no_effect_with, 'samples apart from load steps', by_meaning, &
-         'a row of a static history is a load step', '', 701, 1, 1, 0), &
+         'a row of a static history is a load step', '', 700, 1, 1, 0), &
       rule_t('&method scheme = ''usf''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 6 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 703, 1, 1, 1), &
+         '&method scheme = ''musl''', 702, 1, 1, 1), &
       rule_t('&method scheme = ''usavg''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 3 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 706, 1, 1, 1), &
+         '&method scheme = ''musl''', 705, 1, 1, 1), &
       rule_t('&method mass = ''lumped''', noted_with, '&growth law = {growth laws in motion}', mechanics, &
          'K of a tip at 0.6 of the speed of Rayleigh waves is up to 4 % low, and a crack that grows '// &
-         'by its toughness comes 5 % less far', '&method mass = ''weighted''', 709, 1, 1, 1), &
-      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 712, 1, 1, 0), &
+         'by its toughness comes 5 % less far', '&method mass = ''weighted''', 708, 1, 1, 1), &
+      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 711, 1, 1, 0), &
       rule_t('&refine indicator = {indicators of one body}', not_with, &
          '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 714, 1, 1, 1), &
+         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 713, 1, 1, 1), &
       rule_t('&refine indicator = {indicators of the motion}', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
-         'particles would have to move to finer cells', '&refine indicator = ''tip''', 717, 1, 3, 1), &
+         'particles would have to move to finer cells', '&refine indicator = ''tip''', 716, 1, 3, 1), &
       rule_t('&refine max_level', no_effect_without, '&refine indicator = {indicators}', by_meaning, &
-         'an indicator selects the cells to refine', '', 722, 1, 1, 0), &
-      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 724, 1, 1, 0), &
-      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 726, 1, 1, 0), &
-      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 728, 1, 1, 0), &
-      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 730, 1, 1, 0), &
-      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 732, 1, 1, 0), &
-      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 734, 1, 1, 0)]
+         'an indicator selects the cells to refine', '', 721, 1, 1, 0), &
+      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 723, 1, 1, 0), &
+      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 725, 1, 1, 0), &
+      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 727, 1, 1, 0), &
+      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 729, 1, 1, 0), &
+      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 731, 1, 1, 0), &
+      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 733, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_8(*) = [ &
-      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 736, 1, 1, 0), &
-      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 738, 1, 1, 0), &
-      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 740, 1, 1, 0), &
+      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 735, 1, 1, 0), &
+      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 737, 1, 1, 0), &
+      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 739, 1, 1, 0), &
       rule_t('&refine start', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 742, 1, 1, 0), &
+         'the indicator tip refines before the first step', '', 741, 1, 1, 0), &
       rule_t('&refine start', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 744, 1, 2, 0), &
+         mechanics, 'static refinement is between load steps', '', 743, 1, 2, 0), &
       rule_t('&refine interval', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 747, 1, 1, 0), &
+         'the indicator tip refines before the first step', '', 746, 1, 1, 0), &
       rule_t('&refine interval', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 749, 1, 2, 0), &
+         mechanics, 'static refinement is between load steps', '', 748, 1, 2, 0), &
       rule_t('&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', requires, '&crack tip', &
-         by_meaning, '', '', 752, 2, 1, 0), &
-      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 755, 1, 2, &
+         by_meaning, '', '', 751, 2, 1, 0), &
+      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 754, 1, 2, &
          0), &
-      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 758, 1, 1, 0), &
+      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 757, 1, 1, 0), &
       rule_t('&crack tip', requires, '&crack front = ''straight''', by_meaning, 'others have a place by center or points', '', &
-         760, 1, 1, 0), &
-      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 762, 1, 1, 0), &
-      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 764, 1, 1, 0), &
+         759, 1, 1, 0), &
+      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 761, 1, 1, 0), &
+      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 763, 1, 1, 0), &
       rule_t('&crack direction', no_effect_with, '&crack front = ''disc'' | ''ellipse'' | ''polygon''', by_meaning, &
-         'they are closed', '', 766, 1, 1, 0), &
-      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 768, 1, 1, 0), &
-      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 770, 1, 2, &
+         'they are closed', '', 765, 1, 1, 0), &
+      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 767, 1, 1, 0), &
+      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 769, 1, 2, &
          0), &
       rule_t('&crack tip', not_with, '&crack kind = ''path''', by_meaning, &
-         'the ends of a path inside the material are its tips', '', 773, 1, 1, 0), &
+         'the ends of a path inside the material are its tips', '', 772, 1, 1, 0), &
       rule_t('&crack name', no_effect_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack is the only one and needs no name', '', 775, 1, 1, 0), &
-      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 777, &
+         'the crack is the only one and needs no name', '', 774, 1, 1, 0), &
+      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 776, &
          1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'several cracks', not_built, &
-         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 779, 1, 1, 0), &
+         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 778, 1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'edges that are no grid lines', not_built, &
-         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 781, 1, 1, 0), &
+         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 780, 1, 1, 0), &
       rule_t('&crack length', requires, '&crack kind = ''line'' | ''plane'' and &crack front = ''straight''', by_meaning, &
-         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 783, 1, 2, 0), &
+         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 782, 1, 2, 0), &
       rule_t('&crack contact = ''frictionless'' | ''friction''', requires, '&crack kind = ''line'' | ''path'' | ''plane''', &
-         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 786, 1, 1, 0), &
+         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 785, 1, 1, 0), &
       rule_t('&crack contact = ''frictionless''', no_effect_with, 'cohesion all along it', mechanics, &
-         'faces with a cohesive zone are in contact anyway', '', 788, 1, 1, 0), &
+         'faces with a cohesive zone are in contact anyway', '', 787, 1, 1, 0), &
       rule_t('&crack contact = ''friction''', requires, '&crack friction > 0', by_meaning, '', &
-         '&crack contact = ''frictionless''', 790, 1, 1, 1), &
-      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 793, 1, 1, 0), &
-      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 795, 1, 1, 0), &
-      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 797, 1, &
+         '&crack contact = ''frictionless''', 789, 1, 1, 1), &
+      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 792, 1, 1, 0), &
+      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 794, 1, 1, 0), &
+      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 796, 1, &
          1, 0), &
-      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 799, 1, &
+      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 798, 1, &
          1, 0), &
       rule_t('&cohesive strength_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         801, 1, 1, 0), &
+         800, 1, 1, 0), &
       rule_t('&cohesive toughness_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         803, 1, 1, 0), &
-      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 805, 2, &
+         802, 1, 1, 0), &
+      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 804, 2, &
          1, 0), &
       rule_t('&cohesive', requires, '&method frame = ''total''', not_built, &
-         'damage is lost where cells are cut again as faces move', '', 808, 1, 1, 0), &
+         'damage is lost where cells are cut again as faces move', '', 807, 1, 1, 0), &
       rule_t('&cohesive', not_with, '&growth law = {growth laws at rest}', mechanics, &
-         'growth scales loads as in a linear body, but cohesion depends on the history', '', 810, 1, 1, 0), &
+         'growth scales loads as in a linear body, but cohesion depends on the history', '', 809, 1, 1, 0), &
       rule_t('&cohesive law = ''linear'' | ''bilinear''', requires, '&cohesive strength > 0 and &cohesive toughness > 0', &
-         by_meaning, '', '', 812, 1, 2, 0), &
-      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 815, 1, 1, 0), &
-      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 817, 1, 2, &
+         by_meaning, '', '', 811, 1, 2, 0), &
+      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 814, 1, 1, 0), &
+      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 816, 1, 2, &
          0), &
       rule_t('&cohesive strength', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 820, 1, 1, 0), &
+         'the points of the table give it', '', 819, 1, 1, 0), &
       rule_t('&cohesive toughness', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 822, 1, 1, 0), &
-      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 824, 1, 1, 0)]
+         'the points of the table give it', '', 821, 1, 1, 0), &
+      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 823, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_9(*) = [ &
-      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 826, 1, 1, 0), &
-      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 828, 1, 1, 0), &
+      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 825, 1, 1, 0), &
+      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 827, 1, 1, 0), &
       rule_t('&cohesive exponent', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 830, 1, 2, 0), &
+         'mode II has the values of mode I', '', 829, 1, 2, 0), &
       rule_t('&cohesive mixed_mode', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 833, 1, 2, 0), &
-      rule_t('&growth', requires, '&crack', by_meaning, '', '', 836, 1, 1, 0), &
+         'mode II has the values of mode I', '', 832, 1, 2, 0), &
+      rule_t('&growth', requires, '&crack', by_meaning, '', '', 835, 1, 1, 0), &
       rule_t('&growth', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'a crack grows by G, K_I and K_II', '', 838, 1, 1, 0), &
-      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 840, 1, 1, &
+         'a crack grows by G, K_I and K_II', '', 837, 1, 1, 0), &
+      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 839, 1, 1, &
          0), &
-      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 842, 2, 1, &
+      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 841, 2, 1, &
          0), &
       rule_t('&growth law = {growth laws at rest}', not_with, 'growth by laws of both kinds', not_built, '', 'laws of one kind', &
-         845, 1, 1, 0), &
-      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 847, 1, 1, 0), &
+         844, 1, 1, 0), &
+      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 846, 1, 1, 0), &
       rule_t('&growth law = {growth laws in motion}', requires, '&method time = ''explicit'' | ''implicit''', by_meaning, &
-         'a static model has no time', '', 849, 1, 1, 0), &
+         'a static model has no time', '', 848, 1, 1, 0), &
       rule_t('&growth law = {growth laws at rest by toughness}', requires, '&growth increment > 0 and &growth toughness > 0', &
-         by_meaning, '', '', 851, 1, 2, 0), &
+         by_meaning, '', '', 850, 1, 2, 0), &
       rule_t('&growth law = {growth laws in cycles}', requires, &
-         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 854, 1, 3, 0), &
+         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 853, 1, 3, 0), &
       rule_t('&growth law = {growth laws in cycles}', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are held do not change in a cycle', '', 858, 1, 1, 0), &
+         'loads and motions that are held do not change in a cycle', '', 857, 1, 1, 0), &
       rule_t('&growth rate = ''walker'' | ''forman''', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', &
-         860, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in time}', requires, '&growth increment > 0', by_meaning, '', '', 862, 1, 1, 0), &
+         859, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in time}', requires, '&growth increment > 0', by_meaning, '', '', 861, 1, 1, 0), &
       rule_t('&growth law = {growth laws in time}', requires, '&growth rate = ''charles'' | ''toughness''', by_meaning, '', '', &
-         864, 1, 1, 0), &
+         863, 1, 1, 0), &
       rule_t('&growth rate = ''charles'' | ''toughness''', requires, '&growth law = {growth laws in time}', by_meaning, &
-         'they give a speed', '', 866, 1, 1, 0), &
+         'they give a speed', '', 865, 1, 1, 0), &
       rule_t('&growth rate = ''charles''', requires, &
-         '&growth speed > 0 and &growth rate_exponent > 0 and &growth toughness > 0', by_meaning, '', '', 868, 1, 3, 0), &
-      rule_t('&growth rate = ''toughness''', requires, '&growth toughness > 0', by_meaning, '', '', 872, 1, 1, 0), &
+         '&growth speed > 0 and &growth rate_exponent > 0 and &growth toughness > 0', by_meaning, '', '', 867, 1, 3, 0), &
+      rule_t('&growth rate = ''toughness''', requires, '&growth toughness > 0', by_meaning, '', '', 871, 1, 1, 0), &
       rule_t('&growth rate = ''toughness''', requires, '&growth limit_speed > 0 or &growth speeds', mechanics, &
-         'at a toughness that does not depend on the speed there is none at rest', '&growth law = ''quasi_static''', 874, 1, 2, &
-         1), &
+         'at a toughness that does not depend on the speed there is none at rest', '', 873, 1, 2, 0), &
       rule_t('&growth rate_exponent', not_with, '&growth rate = ''toughness''', mechanics, &
-         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 878, 1, 1, 0), &
+         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 876, 1, 1, 0), &
       rule_t('&growth threshold', not_with, '&growth rate = ''toughness''', mechanics, &
-         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 880, 1, 1, 0), &
+         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 878, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&growth law = {growth laws in time}', not_built, &
-         'cracks appear at loads that are scaled', '', 882, 1, 1, 0), &
-      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 884, 1, 1, 0), &
-      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 886, &
+         'cracks appear at loads that are scaled', '', 880, 1, 1, 0), &
+      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 882, 1, 1, 0), &
+      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 884, &
          1, 1, 0), &
       rule_t('&growth wheeler_exponent', requires, '&growth wheeler_stress > 0', mechanics, 'plastic zones depend on it', '', &
-         888, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 890, 1, 1, 0), &
+         886, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 888, 1, 1, 0), &
       rule_t('&growth tips = ''largest''', not_with, '&growth law = {growth laws by a rate}', mechanics, &
-         'each tip has a rate of its own', '&growth tips = ''all''', 892, 1, 1, 1), &
-      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 895, 1, 1, 0), &
-      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 897, 1, 1, 0), &
-      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 899, 1, 1, 0), &
-      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 901, 1, 1, 0), &
-      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 903, 1, 1, 0), &
+         'each tip has a rate of its own', '&growth tips = ''all''', 890, 1, 1, 1), &
+      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 893, 1, 1, 0), &
+      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 895, 1, 1, 0), &
+      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 897, 1, 1, 0), &
+      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 899, 1, 1, 0), &
+      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 901, 1, 1, 0), &
       rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 905, 2, 1, 0), &
+         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 903, 2, 1, 0), &
       rule_t('&constraint start and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 908, 2, 1, 0), &
+         '&cycles tells how loads change', '', 906, 2, 1, 0), &
       rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, &
-         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 911, 2, 1, 0), &
+         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 909, 2, 1, 0), &
       rule_t('&load start and &load held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 914, 2, 1, 0), &
+         '&cycles tells how loads change', '', 912, 2, 1, 0), &
       rule_t('&constraint velocity and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', &
-         mechanics, '&cycles tells how much is moved; give a displacement', '', 917, 2, 1, 0), &
+         mechanics, '&cycles tells how much is moved; give a displacement', '', 915, 2, 1, 0), &
       rule_t('&control quantity = ''load'' | ''displacement''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '&control quantity = ''growth''', 920, 1, 1, 1)]
+         '&cycles tells how loads change', '&control quantity = ''growth''', 918, 1, 1, 1)]
 
    type(rule_t), parameter :: rules_10(*) = [ &
       rule_t('&constraint held', no_effect_without, '&growth law = {growth laws that scale loads} or &nucleation', mechanics, &
-         'only growth at rest, by toughness or in cycles, scales loads and motions', '', 923, 1, 2, 0), &
+         'only growth at rest, by toughness or in cycles, scales loads and motions', '', 921, 1, 2, 0), &
       rule_t('&load held', no_effect_without, '&growth law = {growth laws that scale loads} or &nucleation', mechanics, &
-         'only growth at rest, by toughness or in cycles, scales loads and motions', '', 926, 1, 2, 0), &
+         'only growth at rest, by toughness or in cycles, scales loads and motions', '', 924, 1, 2, 0), &
       rule_t('&constraint held and &growth law = {growth laws that scale loads}', requires, 'something that growth scales', &
-         mechanics, 'growth scales loads and motions that are not held, so that G is the toughness', '', 929, 2, 1, 0), &
+         mechanics, 'growth scales loads and motions that are not held, so that G is the toughness', '', 927, 2, 1, 0), &
       rule_t('&load held and &growth law = {growth laws that scale loads}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 932, 2, 1, 0), &
+         'growth scales loads and motions that are not held, so that G is the toughness', '', 930, 2, 1, 0), &
       rule_t('&control', requires, '&growth law = {growth laws that scale loads}', not_built, &
-         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 935, 1, 1, 0), &
-      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 937, 1, 1, 0), &
-      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 939, 1, 1, 0), &
+         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 933, 1, 1, 0), &
+      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 935, 1, 1, 0), &
+      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 937, 1, 1, 0), &
       rule_t('&control history', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 941, 1, 1, 0), &
+         'load and displacement follow the crack', '', 939, 1, 1, 0), &
       rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 943, 1, 1, 0), &
+         'load and displacement follow the crack', '', 941, 1, 1, 0), &
       rule_t('&control', not_with, 'growth scales forces beside motions', mechanics, &
-         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 945, 1, 1, 0), &
+         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 943, 1, 1, 0), &
       rule_t('&constraint velocity and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how much is moved; give a displacement', '', 947, 2, 1, 0), &
+         'the frame tells how much is moved; give a displacement', '', 945, 2, 1, 0), &
       rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 950, 2, 1, 0), &
+         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 948, 2, 1, 0), &
       rule_t('&constraint start and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 953, 2, 1, 0), &
+         'the frame tells how loads change, by its start', '', 951, 2, 1, 0), &
       rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, '&control', &
-         mechanics, 'the frame tells how loads change, by its history', '', 956, 2, 1, 0), &
+         mechanics, 'the frame tells how loads change, by its history', '', 954, 2, 1, 0), &
       rule_t('&load start and &load held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 959, 2, 1, 0), &
+         'the frame tells how loads change, by its start', '', 957, 2, 1, 0), &
       rule_t('&load on = ''crack'' and &load held = .false.', not_with, '&control', not_built, &
-         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 962, 2, 1, 0), &
-      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 965, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 967, &
+         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 960, 2, 1, 0), &
+      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 963, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 965, &
          1, 1, 0), &
-      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 969, &
+      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 967, &
          1, 1, 0), &
-      rule_t('&growth speed', requires, '&growth law = ''prescribed'' or &growth rate = ''charles''', by_meaning, '', '', 971, &
+      rule_t('&growth speed', requires, '&growth law = ''prescribed'' or &growth rate = ''charles''', by_meaning, '', '', 969, &
          1, 2, 0), &
-      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 974, 1, 1, 0), &
-      rule_t('&growth rate_exponent', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 976, 1, 1, 0), &
-      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 978, 1, 1, 0), &
-      rule_t('&growth threshold', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 980, 1, 1, 0), &
-      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 982, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 984, 1, 1, 0), &
+      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 972, 1, 1, 0), &
+      rule_t('&growth rate_exponent', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 974, 1, 1, 0), &
+      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 976, 1, 1, 0), &
+      rule_t('&growth threshold', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 978, 1, 1, 0), &
+      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 980, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 982, 1, 1, 0), &
       rule_t('&growth increment', requires, '&growth law = {growth laws at rest}', by_meaning, &
-         'dynamic growth advances in each time step', '', 986, 1, 1, 0), &
+         'dynamic growth advances in each time step', '', 984, 1, 1, 0), &
       rule_t('&growth limit_speed', requires, &
-         '&growth law = {growth laws in motion by toughness} or &growth rate = ''toughness''', by_meaning, '', '', 988, 1, 2, &
+         '&growth law = {growth laws in motion by toughness} or &growth rate = ''toughness''', by_meaning, '', '', 986, 1, 2, &
          0), &
-      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 991, 1, 1, 0), &
-      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 993, &
+      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 989, 1, 1, 0), &
+      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 991, &
          1, 1, 0), &
-      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 995, 1, &
+      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 993, 1, &
          1, 0), &
-      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 997, 1, &
+      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 995, 1, &
          1, 0), &
-      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 999, &
+      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 997, &
          1, 1, 0), &
       rule_t('&growth speeds', requires, '&growth law = {growth laws in motion by toughness} or &growth rate = ''toughness''', &
-         by_meaning, 'a tip at rest has no speed', '', 1001, 1, 2, 0), &
-      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 1004, &
+         by_meaning, 'a tip at rest has no speed', '', 999, 1, 2, 0), &
+      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 1002, &
          1, 1, 0), &
-      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 1006, 1, 1, 0), &
-      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1008, 1, 1, &
+      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 1004, 1, 1, 0), &
+      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1006, 1, 1, &
          0), &
-      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1010, 1, &
+      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1008, 1, &
          1, 0), &
-      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 1012, 1, &
+      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 1010, 1, &
          1, 0), &
-      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 1014, 1, 1, 0)]
+      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 1012, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_11(*) = [ &
       rule_t('&growth start', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', &
-         1016, 1, 1, 0), &
-      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 1018, &
+         1014, 1, 1, 0), &
+      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 1016, &
          1, 1, 0), &
-      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 1020, 1, 1, 0), &
-      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 1022, 1, 1, 0), &
+      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 1018, 1, 1, 0), &
+      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 1020, 1, 1, 0), &
       rule_t('&growth direction = ''path''', not_with, '&growth law = {growth laws at rest}', not_built, &
-         'static growth follows a criterion or the crack''s own line', '', 1024, 1, 1, 0), &
+         'static growth follows a criterion or the crack''s own line', '', 1022, 1, 1, 0), &
       rule_t('&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy'' | ''path''', not_with, &
          '&crack kind = ''symmetry''', mechanics, 'the crack stays on its symmetry plane', '&growth direction = ''straight''', &
-         1026, 1, 1, 1), &
+         1024, 1, 1, 1), &
       rule_t('&growth tips = ''last'' | ''first''', not_with, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''largest''', 1029, 1, 1, 1), &
+         '&growth tips = ''largest''', 1027, 1, 1, 1), &
       rule_t('&growth tips = ''largest''', requires, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''all''', 1032, 1, 1, 1), &
+         '&growth tips = ''all''', 1030, 1, 1, 1), &
       rule_t('&growth tips = ''first''', not_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack has one tip, its last point', '', 1035, 1, 1, 0), &
+         'the crack has one tip, its last point', '', 1033, 1, 1, 0), &
       rule_t('&growth tips = ''largest'' | ''last''', no_effect_with, '&crack kind = ''symmetry''', mechanics, &
-         'the crack has one tip', '', 1037, 1, 1, 0), &
-      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1039, 1, 1, 0), &
+         'the crack has one tip', '', 1035, 1, 1, 0), &
+      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1037, 1, 1, 0), &
       rule_t('&nucleation and several cracks', requires, '&nucleation crack', by_meaning, 'the name selects the crack', '', &
-         1041, 2, 1, 0), &
-      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1044, 1, 1, 0), &
+         1039, 2, 1, 0), &
+      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1042, 1, 1, 0), &
       rule_t('&nucleation', requires, '&method time = ''static''', not_built, &
-         'cracks appear at rest; in motion &cohesive parts faces', '', 1046, 1, 1, 0), &
+         'cracks appear at rest; in motion &cohesive parts faces', '', 1044, 1, 1, 0), &
       rule_t('&nucleation', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are not held are scaled until the crack appears', '', 1048, 1, 1, 0), &
+         'loads and motions that are not held are scaled until the crack appears', '', 1046, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack kind = ''symmetry''', not_built, 'the whole body tells the energy of a new crack', &
-         '', 1050, 1, 1, 0), &
+         '', 1048, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&control', not_built, 'what a new crack releases depends on the stiffness of the frame', &
-         '', 1052, 1, 1, 0), &
-      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1054, &
+         '', 1050, 1, 1, 0), &
+      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1052, &
          1, 1, 0), &
       rule_t('&nucleation', not_with, '&load on = ''crack''', not_built, &
-         'a pressure does work on the faces of a new crack at once', '', 1056, 1, 1, 0), &
+         'a pressure does work on the faces of a new crack at once', '', 1054, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1058, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1056, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&constraint unilateral = .true.', not_built, &
-         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1061, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1059, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws of any strain}', not_built, &
-         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1064, &
+         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1062, &
          1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws with a history}', mechanics, &
          'what is stored before and after does not tell what a new crack releases', &
-         '&material law = ''linear_elastic'' | ''orthotropic''', 1067, 1, 1, 1), &
-      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1070, 1, 1, 0), &
+         '&material law = ''linear_elastic'' | ''orthotropic''', 1065, 1, 1, 1), &
+      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1068, 1, 1, 0), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, 'tips at no nodes', mechanics, &
-         'virtual crack closure needs a tip at a node', '''domain_integral''', 1072, 1, 1, 1), &
+         'virtual crack closure needs a tip at a node', '''domain_integral''', 1070, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, &
          '&growth and &crack kind = ''symmetry'' and a plane', mechanics, &
-         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1075, 1, 3, &
+         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1073, 1, 3, &
          1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, '&cohesive', mechanics, &
-         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1080, 1, 1, 1), &
+         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1078, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of elastic material}', not_with, '&material law = {laws with a history}', &
-         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1083, 1, 1, 1), &
+         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1081, 1, 1, 1), &
       rule_t('&energy_release estimators = ''stress_closure''', not_with, '&load on = ''crack''', mechanics, &
-         'the derivation assumes traction-free crack faces', '''domain_integral''', 1086, 1, 1, 1), &
+         'the derivation assumes traction-free crack faces', '''domain_integral''', 1084, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of isotropic material}', not_with, '&material law = ''orthotropic''', &
-         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1089, 1, 1, 1), &
+         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1087, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, &
          '&crack contact = ''frictionless'' | ''friction''', mechanics, 'the estimator assumes traction-free crack faces', &
-         '''domain_integral''', 1092, 1, 1, 1), &
+         '''domain_integral''', 1090, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load on = ''crack''', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1095, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1093, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load face = ''left'' | ''right''', &
-         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1098, 1, 1, 1), &
+         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1096, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&cohesive', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1101, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1099, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&growth', not_built, &
-         'the estimator is for stationary tips', '''domain_integral''', 1104, 1, 1, 1), &
+         'the estimator is for stationary tips', '''domain_integral''', 1102, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&nucleation', not_built, &
-         'the estimator is for tips that are there from the start', '''domain_integral''', 1107, 1, 1, 1), &
+         'the estimator is for tips that are there from the start', '''domain_integral''', 1105, 1, 1, 1), &
       rule_t('&energy_release estimators = ''domain_integral''', warned_with, '&material law = {laws with a history}', &
          mechanics, 'J depends on its domain where material yields or creeps; K, modes and errors are not '// &
-         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1110, 1, 1, 0), &
+         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1108, 1, 1, 0), &
       rule_t('&energy_release estimators = ''material_force''', warned_with, '&material law = {laws with a history}', mechanics, &
-         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1112, 1, 1, &
+         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1110, 1, 1, &
          0), &
       rule_t('&energy_release t_stress = .true.', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'the T-stress is an interaction integral', '', 1114, 1, 1, 0), &
+         'the T-stress is an interaction integral', '', 1112, 1, 1, 0), &
       rule_t('&energy_release t_stress = .true.', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1116, 1, 1, 0)]
+         'the fields that the integral is with are those of elastic material', '', 1114, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_12(*) = [ &
       rule_t('&energy_release t_stress = .true.', not_with, '&growth law = {growth laws in motion}', mechanics, &
-         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1118, 1, 1, &
+         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1116, 1, 1, &
          0), &
       rule_t('&energy_release phase_length', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'K of an interface is an interaction integral', '', 1120, 1, 1, 0), &
+         'K of an interface is an interaction integral', '', 1118, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1122, 1, 1, 0), &
+         'the fields that the integral is with are those of elastic material', '', 1120, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = ''orthotropic''', not_built, &
-         'the fields that the integral is with are those of isotropic materials', '', 1124, 1, 1, 0), &
+         'the fields that the integral is with are those of isotropic materials', '', 1122, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack kind = ''symmetry''', mechanics, &
-         'beyond a symmetry plane is the same material', '', 1126, 1, 1, 0), &
+         'beyond a symmetry plane is the same material', '', 1124, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack contact = ''frictionless'' | ''friction''', mechanics, &
-         'faces that touch at an interface have other fields at the tip', '', 1128, 1, 1, 0), &
+         'faces that touch at an interface have other fields at the tip', '', 1126, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&growth law = {growth laws in motion}', not_built, &
-         'the fields that the integral is with are those of a tip at rest', '', 1130, 1, 1, 0), &
+         'the fields that the integral is with are those of a tip at rest', '', 1128, 1, 1, 0), &
       rule_t('&energy_release radii', no_effect_without, '&energy_release estimators = {estimators by radii}', by_meaning, '', &
-         '', 1132, 1, 1, 0), &
-      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1134, &
+         '', 1130, 1, 1, 0), &
+      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1132, &
          1, 1, 0), &
-      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1136, 1, &
+      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1134, 1, &
          1, 0), &
       rule_t('&energy_release reference = ''dcb''', requires, &
          '&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', mechanics, &
-         'the closed form is for a crack along the beam', '', 1138, 1, 2, 0), &
+         'the closed form is for a crack along the beam', '', 1136, 1, 2, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, 'several bodies', mechanics, 'the closed form is for one beam', &
-         'reference = ''value''', 1141, 1, 1, 0), &
+         'reference = ''value''', 1139, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&material law = ''orthotropic''', mechanics, &
-         'the closed form is for isotropic material', 'reference = ''value''', 1143, 1, 1, 0), &
+         'the closed form is for isotropic material', 'reference = ''value''', 1141, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&load kind = ''pressure'' | ''gravity''', mechanics, &
-         'the closed form is for forces', 'reference = ''value''', 1145, 1, 1, 0), &
+         'the closed form is for forces', 'reference = ''value''', 1143, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&growth', mechanics, 'the closed form is for a stationary crack', &
-         '', 1147, 1, 1, 0), &
-      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1149, 1, 1, 0), &
-      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1151, 1, 1, 0), &
-      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1153, 1, 1, 0), &
-      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1155, 1, 1, 0), &
+         '', 1145, 1, 1, 0), &
+      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1147, 1, 1, 0), &
+      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1149, 1, 1, 0), &
+      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1151, 1, 1, 0), &
+      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1153, 1, 1, 0), &
       rule_t('&probe at', requires, '&probe quantity = ''displacement'' | ''velocity'' | ''stress'' | ''strain''', by_meaning, &
-         '', '', 1157, 1, 1, 0), &
+         '', '', 1155, 1, 1, 0), &
       rule_t('&probe quantity = ''velocity''', not_with, '&method time = ''static''', mechanics, &
-         'a static model has no velocity', '', 1159, 1, 1, 0), &
-      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1161, 1, 1, 0), &
-      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1163, 1, 1, 0), &
+         'a static model has no velocity', '', 1157, 1, 1, 0), &
+      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1159, 1, 1, 0), &
+      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1161, 1, 1, 0), &
       rule_t('&probe quantity = ''opening'' | ''volume'' and several cracks', requires, '&probe of', by_meaning, &
-         'the name selects the crack', '', 1165, 2, 1, 0), &
+         'the name selects the crack', '', 1163, 2, 1, 0), &
       rule_t('&probe quantity = ''load_line''', requires, '&probe of', by_meaning, 'the name selects the load or constraint', &
-         '', 1168, 1, 1, 0), &
+         '', 1166, 1, 1, 0), &
       rule_t('&probe quantity = ''load_line''', not_with, '&probe quantity = ''opening'' | ''volume''', by_meaning, &
-         'of is a crack there', 'two probes', 1170, 1, 1, 0), &
-      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1172, 1, &
+         'of is a crack there', 'two probes', 1168, 1, 1, 0), &
+      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1170, 1, &
          1, 0), &
-      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1174, 1, 1, 0), &
-      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1176, 1, 1, 0), &
-      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1178, 1, 1, 0), &
-      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1180, 1, 1, 0)]
+      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1172, 1, 1, 0), &
+      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1174, 1, 1, 0), &
+      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1176, 1, 1, 0), &
+      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1178, 1, 1, 0)]
 
    type(rule_t), parameter :: rules(*) = [rules_1, rules_2, rules_3, rules_4, rules_5, rules_6, rules_7, rules_8, rules_9, &
       rules_10, rules_11, rules_12]

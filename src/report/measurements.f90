@@ -550,8 +550,7 @@ contains
             if (.not. any(growing%points%crack == k .and. growing%points%grows)) cycle
             history%of_tip = ''
             if (k > 1) history%of_tip = '_crack'//to_text(k)
-            call record_motion(pack(growing%points, growing%points%crack == k), cracks%regions(k), &
-                               .not. all(pack(model%growth%law%gives_speed(), model%growth%path == k)), history)
+            call record_motion(pack(growing%points, growing%points%crack == k), cracks%regions(k), history)
          end do
          history%of_tip = ''
          if (size(m%crack) > 0 .and. size(model%constraints) > 0) &
