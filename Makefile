@@ -36,7 +36,7 @@ release_seldom := -Og -ffrontend-optimize
 kernels := $(notdir $(wildcard src/law/*.f90)) $(addsuffix .f90,audit_kernels basis domain_pass element_assembly element_kernels element_stiffness \
 	energy_momentum front_integral ghost_penalty grid matching matter missing_energy nodal_kernels nodal_transfer numbering outline \
 	particle_kernels particle_pass pass recovery rigid_motions sparse stencils stiffness support_pass tensors tip_domain)
-seldom_folders := input simulation growth setup report output
+seldom_folders := input simulation growth setup report output accuracy
 seldom := $(addsuffix .f90,absorbing_edges archive balance bodies body_contact bonded_forces closed_faces cohesive_zone constraints crack_errors crack_lines \
 	crack_measurements crack_values cracks domains edge_loads edge_parts error_context estimated_errors estimator estimators failure fatigue_rates \
 	front front_closure front_values growth_laws indicators instant interface_placement interface_transfer interruption json kinks load_following \

@@ -3,13 +3,15 @@ module hampm_program
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use hampm_input_warnings, only: notes_of
+   use hampm_asked_errors, only: no_value
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
+   use hampm_choice, only: choice_t, choose
+   use hampm_choice_report, only: choice_report, explained_model
    use hampm_command_line, only: options_t, changes_model, usage_text
    use hampm_continuation, only: rebuild
-   use hampm_failure, only: failure_t, exit_file, exit_input, exit_stopped
+   use hampm_failure, only: failure_t, exit_computation, exit_file, exit_input, exit_stopped
    use hampm_file_moves, only: file_exists
    use hampm_folders, only: is_folder
-   use hampm_interface_step, only: forget_faces
    use hampm_json, only: array, member, object
    use hampm_key_reference, only: reference_text, keys_json
    use hampm_kinds, only: dp, long
@@ -22,7 +24,7 @@ module hampm_program
    use hampm_run, only: run, measured_duration
    use hampm_settings, only: settings_t
    use hampm_model, only: model_t
-   use hampm_simulation, only: simulation_t, build, warnings
+   use hampm_simulation, only: simulation_t, build, release, warnings
    use hampm_summary, only: summary, summary_json, solver_report, tip_report, equilibrium_report, equilibrium_proposal
    use hampm_text, only: digits_text, string_t, to_text, three_digits
    use hampm_threads, only: check_threads, surplus_threads, use_threads, thread_count, thread_report
@@ -103,8 +105,10 @@ contains
       type(simulation_t) :: simulation
       type(resources_t) :: resources
       type(settings_t) :: written
-      character(:), allocatable :: report
+      type(choice_t) :: choice
+      character(:), allocatable :: report, text
       integer(long) :: clock_start
+      real(dp) :: start, now                     ! processor time [s]
       call system_clock(clock_start)
       call check_threads(options%threads, failure)
       if (failure%failed()) return
@@ -113,30 +117,86 @@ contains
       if (options%resume /= '') then
          call resume(options, model, resources, simulation, failure)
       else
-         call read_model(options%input, options%overrides, model, failure, written)
-         if (.not. (failure%failed() .or. options%check)) call refuse_old(model, folder_of(options), options%force, failure)
+         call read_model(options%input, options%overrides, model, failure, written, text)
+         if (.not. (failure%failed() .or. options%check .or. options%explain)) &
+            call refuse_old(model, folder_of(options), options%force, failure)
+         if (.not. failure%failed()) &
+            call choose(options%input, text, options%overrides, options%threads, options%check .or. options%explain, model, &
+                        written, choice, failure)
+         if (options%explain .and. .not. failure%failed()) then
+            call print_text(explained_model(choice, model), failure)
+            return
+         end if
+         call cpu_time(start)
          if (.not. failure%failed()) call weigh(model, options%threads, resources, failure)
          if (.not. failure%failed()) call build(model, options%threads, simulation, failure)
       end if
       if (failure%failed()) return
       if (options%check) then
          if (options%json) then
-            call print_text(check_json(model, simulation, resources, written, options%quiet, clock_start), failure)
+            call print_text(check_json(model, simulation, resources, written, options%quiet, clock_start, &
+                                       choice_report(choice, model)), failure)
          else
-            call print_text(check_report(model, simulation, resources), failure)
+            call print_text(check_report(model, simulation, resources)//with_prefix('! ', choice_report(choice, model)), failure)
             report = warnings(simulation)
             if (len(report) > 0) call print_message(report, kind='warning: ')
             if (.not. (options%quiet .or. failure%failed())) &
                call print_text(duration_report(measured_duration(simulation, resources%rows, clock_start)), failure)
          end if
       else
-         call run_and_report(options, simulation, failure)
+         do
+            call start_run(options, simulation, failure)
+            call cpu_time(now)
+            if (.not. choice%fell_short(simulation, now - start, options%threads, model, failure)) exit
+            call release(simulation)
+            call cpu_time(start)
+            call build(model, options%threads, simulation, failure)
+            if (failure%failed()) exit
+            if (.not. options%quiet) write (output_unit, '(a)', advance='no') choice_report(choice, model)
+         end do
+         call report_run(options, simulation, failure)
+         call tell_accuracy(simulation, choice, options%quiet, failure)
          if (.not. options%quiet) write (output_unit, '(a)') time_report(clock_start)
       end if
-      call simulation%problem%solver%direct%release()  ! memory of C libraries is not released automatically
-      call simulation%measurements%extrapolation%direct%release()
-      call forget_faces(simulation%problem%interface_step)
+      call release(simulation)
    end subroutine simulate
+
+   !> Tell which errors were asked and which were reached. Fails where a result misses one; it is there nevertheless.
+   subroutine tell_accuracy(simulation, choice, quiet, failure)
+      type(simulation_t), intent(in) :: simulation
+      type(choice_t), intent(in) :: choice
+      logical, intent(in) :: quiet
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: text
+      real(dp) :: estimate
+      integer :: k
+      if (failure%failed() .or. .not. allocated(simulation%asked)) return
+      do k = 1, size(simulation%asked)
+         associate (asked => simulation%asked(k))
+            estimate = asked%estimated()
+            if (.not. simulation%integrator%is_static) estimate = max(estimate, choice%reached*asked%keys%error)
+            if (.not. (simulation%integrator%is_static .or. choice%is_open)) then
+               if (.not. quiet) write (output_unit, '(a)') 'accuracy of '//trim(asked%keys%quantity)//': rows tell '// &
+                  digits_text(100*estimate, 2)//' %; what cells and steps do to waves is not judged, as they are given'
+               cycle
+            end if
+            if (estimate >= no_value) then
+               call failure%report(exit_computation, '&accuracy quantity = '''//trim(asked%keys%quantity)// &
+                                   ''': its value is 0, which has no relative error: ask for another quantity, as J')
+               cycle
+            end if
+            text = ': estimated error '//digits_text(100*estimate, 2)//' %, asked '// &
+                   digits_text(100*asked%keys%error, 3)//' %'
+            if (estimate <= asked%keys%error) then
+               if (.not. quiet) write (output_unit, '(a)') 'accuracy of '//trim(asked%keys%quantity)//text
+            else
+               call failure%report(exit_computation, '&accuracy quantity = '''//trim(asked%keys%quantity)//''''//text// &
+                                   ': it is not reached; '// &
+                                   'the result is that of the mesh and steps that come nearest')
+            end if
+         end associate
+      end do
+   end subroutine tell_accuracy
 
    !> Time and memory of the run.
    function time_report(clock_start) result(text)
@@ -237,6 +297,15 @@ contains
       type(options_t), intent(in) :: options
       type(simulation_t), intent(inout) :: simulation
       type(failure_t), intent(inout) :: failure
+      call start_run(options, simulation, failure)
+      call report_run(options, simulation, failure)
+   end subroutine run_and_report
+
+   !> Run a simulation.
+   subroutine start_run(options, simulation, failure)
+      type(options_t), intent(in) :: options
+      type(simulation_t), intent(inout) :: simulation
+      type(failure_t), intent(inout) :: failure
       character(:), allocatable :: report
       associate (output => simulation%model%output, interruption => simulation%interruption)
          interruption%interval = output%checkpoint_interval
@@ -250,6 +319,14 @@ contains
       report = long_run(simulation)
       if (len(report) > 0 .and. .not. options%time_limit > 0) call print_message(report, kind='warning: ')
       call run(simulation, folder_of(options), options%quiet, failure)
+   end subroutine start_run
+
+   !> Print what a run has found, and its warnings.
+   subroutine report_run(options, simulation, failure)
+      type(options_t), intent(in) :: options
+      type(simulation_t), intent(inout) :: simulation
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: report
       if (failure%code == exit_stopped) return
       report = solver_report(simulation)
       if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
@@ -265,7 +342,7 @@ contains
       end if
       report = warnings(simulation)
       if (len(report) > 0) call print_message(report, kind='warning: ')
-   end subroutine run_and_report
+   end subroutine report_run
 
    !> How long a motion takes on a usual machine, to tell before it starts; '' where that is less than a day.
    function long_run(simulation) result(text)
@@ -307,13 +384,14 @@ contains
    end function duration_report
 
    !> The same for programs, as one line of JSON; with `seconds`, the duration of the run on this machine, unless `quiet`.
-   function check_json(model, simulation, resources, written, quiet, clock_start) result(text)
+   function check_json(model, simulation, resources, written, quiet, clock_start, chosen) result(text)
       type(model_t), intent(in) :: model
       type(simulation_t), intent(inout) :: simulation
       type(resources_t), intent(in) :: resources
       type(settings_t), intent(in) :: written
       logical, intent(in) :: quiet
       integer(long), intent(in) :: clock_start   !! ticks at the start
+      character(*), intent(in) :: chosen         !! report of what &accuracy has chosen; '' without it
       character(:), allocatable :: text
       real(dp) :: duration
       text = own_json(is_valid=.true.)//summary_json(simulation)//resource_json(resources)// &
@@ -323,6 +401,7 @@ contains
       duration = -1
       if (.not. quiet) duration = measured_duration(simulation, resources%rows, clock_start)
       text = text//member('threads', thread_count())
+      if (chosen /= '') text = text//member('accuracy', chosen)
       if (duration >= 0) text = text//member('seconds', duration)
       text = object(text)//new_line('a')
    end function check_json

@@ -52,7 +52,7 @@ contains
          call record_end(s, failure)
       end if
       call s%results%close(failure)
-      if (.not. failure%failed()) then
+      if (.not. (s%is_pilot .or. failure%failed())) then
          call remove_file(checkpoint_name(s%results%path))
          call remove_file(partial_name(checkpoint_name(s%results%path)))
       end if

@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python/src"))
 
 from hampm.program import SOLID, find_program, key_table  # noqa: E402
 
+LATTICE = "grid"        # the group that a model needs unless its errors are asked: then it may be chosen
 TYPES = {"real": "float", "integer": "int", "logical": "bool", "text": "str"}
 HEAD = '''"""The groups of a model and their keys, for editors and checkers of types: what `hampm --keys --json` says, printed by tools/python_groups.py."""
 
@@ -83,7 +84,8 @@ def schema_of(plane, solid):
             places[name] = {"anyOf": [places[name], {"type": "array", "items": places[name]}]}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "model of hampm", "type": "object",
             "description": "The groups of a namelist and their keys, in lower case, as f90nml reads them. Numbers are in SI units.",
-            "required": [name for name, group in plane.items() if group["required"]], "additionalProperties": False, "properties": places, "$defs": groups}
+            "required": [name for name, group in plane.items() if group["required"] and name != LATTICE],
+            "anyOf": [{"required": [LATTICE]}, {"required": ["accuracy"]}], "additionalProperties": False, "properties": places, "$defs": groups}
 
 
 def in_lines(value, depth):

@@ -21,6 +21,7 @@ module hampm_command_line
       real(dp) :: time_limit = 0                   !! wall time after which it does [s]; 0: none
       logical :: force = .false.                   !! replace an old result
       logical :: check = .false.                   !! validate and print the model, do not run it
+      logical :: explain = .false.                 !! print the model with what is chosen, do not run it
       logical :: template = .false.                !! print a complete namelist
       logical :: keys = .false.                    !! print the reference of all keys
       logical :: rules = .false.                   !! print the rules between keys
@@ -40,6 +41,7 @@ module hampm_command_line
 
    type(option_t), parameter :: known(*) = [ &
       option_t('--check', .false., '--check', 'validate the model and print it as understood, without a run'), &
+      option_t('--explain', .false., '--explain', 'print the model with the keys that &accuracy chooses, without a run'), &
       option_t('--template', .false., '--template', 'print a complete namelist: every key, its default, unit and meaning'), &
       option_t('--keys', .false., '--keys', 'print the reference of all groups and keys as Markdown'), &
       option_t('--rules', .false., '--rules', 'print the rules between keys as Markdown'), &
@@ -204,6 +206,8 @@ contains
       select case (name)
        case ('--check')
          options%check = .true.
+       case ('--explain')
+         options%explain = .true.
        case ('--template')
          options%template = .true.
        case ('--keys')

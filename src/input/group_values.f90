@@ -14,7 +14,8 @@ module hampm_group_values
       body_keys_t, take_body, constraint_keys_t, take_constraint, load_keys_t, take_load, damping_t, take_damping, &
       contact_keys_t, take_contact, method_keys_t, take_method, take_refine, crack_keys_t, take_crack, cohesive_keys_t, &
       take_cohesive, growth_keys_t, take_growth, nucleation_keys_t, take_nucleation, control_keys_t, take_control, &
-      energy_release_keys_t, take_energy_release, probe_keys_t, take_probe, output_t, take_output
+      energy_release_keys_t, take_energy_release, probe_keys_t, take_probe, accuracy_keys_t, take_accuracy, output_t, &
+      take_output
 
    !> &run: what is computed, and for how long
    type :: run_keys_t
@@ -172,6 +173,16 @@ module hampm_group_values
       character(name_len) :: tip = ''         !! of opening: at which end of its crack the tip is
       real(dp) :: distance = 0.0_dp           !! of opening: how far behind that tip, along the crack [m]
    end type probe_keys_t
+
+   !> &accuracy: an error asked of a result: the program chooses cells, levels and steps that are not given
+   type :: accuracy_keys_t
+      character(name_len) :: quantity = ''    !! column of the history with an estimated error, of every tip; or of one, as K_I_tip2
+      real(dp) :: error = 0.0_dp              !! estimated error that it may have at most, as part of its value
+      character(name_len) :: at = ''          !! of the last row, of that with the largest value, or of all rows, as part of the ...
+      real(dp) :: most_time = 0.0_dp          !! predicted duration that the run may have at most; 0: any [s]
+      real(dp) :: most_memory = 0.0_dp        !! predicted memory that the run may take at most; 0: what there is [bytes]
+      logical :: must = .false.               !! whether a run that would not reach it does not start, instead of coming as near ...
+   end type accuracy_keys_t
 
    !> &output: what is written, and how often
    type :: output_t
@@ -437,6 +448,20 @@ contains
       values%tip = settings%text(entry, 'tip')
       values%distance = settings%number(entry, 'distance')
    end subroutine take_probe
+
+   !> Take the values of the keys of &accuracy; 0 or '' where they are wrong.
+   pure subroutine take_accuracy(settings, entry, values)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry               !! position of the group, 0 where it is absent
+      class(accuracy_keys_t), intent(inout) :: values
+      if (entry == 0) return
+      values%quantity = settings%text(entry, 'quantity')
+      values%error = settings%number(entry, 'error')
+      values%at = settings%text(entry, 'at')
+      values%most_time = settings%number(entry, 'most_time')
+      values%most_memory = settings%number(entry, 'most_memory')
+      values%must = settings%flag(entry, 'must')
+   end subroutine take_accuracy
 
    !> Take the values of the keys of &output; 0 or '' where they are wrong.
    pure subroutine take_output(settings, entry, values)

@@ -36,6 +36,8 @@ module hampm_key_table
       group_t('energy_release', .false., is_assumed, 'which energy quantities are recorded'), &
       group_t('probe', .true., is_optional, 'what the history records at a point, along a line, of a crack, or of a load', &
          is_apart=.true.), &
+      group_t('accuracy', .true., is_optional, &
+         'an error asked of a result: the program chooses cells, levels and steps that are not given', is_apart=.true.), &
       group_t('output', .false., is_assumed, 'what is written, and how often')]
 
    type(key_t), parameter :: run_keys(*) = [ &
@@ -515,6 +517,20 @@ module hampm_key_table
       key_t('distance', type_real, 'of opening: how far behind that tip, along the crack', default='0.0', unit='m', &
          allowed='[0, inf)', lowest=0.0_dp)]
 
+   type(key_t), parameter :: accuracy_keys(*) = [ &
+      key_t('quantity', type_name, 'column of the history with an estimated error, of every tip; or of one, as K_I_tip2', &
+         example='K_I', required=.true.), &
+      key_t('error', type_real, 'estimated error that it may have at most, as part of its value', example='0.01', &
+         allowed='(0, 1)', lowest=0.0_dp, above=.true., highest=1.0_dp, below=.true., required=.true.), &
+      key_t('at', type_name, 'of the last row, of that with the largest value, or of all rows, as part of the largest '// &
+         'value', default='end', allowed='end|largest|all'), &
+      key_t('most_time', type_real, 'predicted duration that the run may have at most; 0: any', default='0.0', unit='s', &
+         allowed='[0, inf)', lowest=0.0_dp), &
+      key_t('most_memory', type_real, 'predicted memory that the run may take at most; 0: what there is', default='0.0', &
+         unit='bytes', allowed='[0, inf)', lowest=0.0_dp), &
+      key_t('must', type_logical, 'whether a run that would not reach it does not start, instead of coming as near as it can', &
+         default='.false.')]
+
    type(key_t), parameter :: output_keys(*) = [ &
       key_t('file', type_text, 'result file in the output folder; by default named after the namelist file', example='dcb.h5'), &
       key_t('history_interval', type_real, &
@@ -530,12 +546,12 @@ module hampm_key_table
 
    type(key_t), parameter :: keys(*) = [run_keys, grid_keys, material_keys, body_keys, constraint_keys, load_keys, &
       damping_keys, contact_keys, method_keys, refine_keys, crack_keys, cohesive_keys, growth_keys, nucleation_keys, &
-      control_keys, cycles_keys, energy_release_keys, probe_keys, output_keys]
+      control_keys, cycles_keys, energy_release_keys, probe_keys, accuracy_keys, output_keys]
 
    integer, parameter :: key_count(*) = [size(run_keys), size(grid_keys), size(material_keys), size(body_keys), &
       size(constraint_keys), size(load_keys), size(damping_keys), size(contact_keys), size(method_keys), size(refine_keys), &
       size(crack_keys), size(cohesive_keys), size(growth_keys), size(nucleation_keys), size(control_keys), size(cycles_keys), &
-      size(energy_release_keys), size(probe_keys), size(output_keys)] !! of each group
+      size(energy_release_keys), size(probe_keys), size(accuracy_keys), size(output_keys)] !! of each group
 
    type(key_t), parameter :: material_constants(*) = material_keys([7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, &
       22, 23, 24]) !! of laws

@@ -12,7 +12,8 @@ module hampm_model
    use hampm_cycles_group, only: cycles_t, fill_cycles
    use hampm_control_group, only: control_t, fill_control
    use hampm_crack_groups, only: crack_spec_t, fill_cracks, energy_release_t, fill_energy_release, growth_t, fill_growth
-   use hampm_group_values, only: damping_t, grid_spec_t, groups_t, output_t, take_contact, take_groups, take_method, take_run
+   use hampm_group_values, only: accuracy_keys_t, damping_t, grid_spec_t, groups_t, output_t, take_accuracy, take_contact, &
+                                 take_groups, take_method, take_run
    use hampm_plain_groups, only: run_t, body_contact_spec_t, method_t
    use hampm_material_group, only: material_spec_t, fill_materials
    use hampm_nucleation_group, only: nucleation_t, fill_nucleations
@@ -45,6 +46,8 @@ module hampm_model
       type(cycles_t) :: cycles
       type(energy_release_t) :: energy_release
       type(probe_t), allocatable :: probes(:)
+      type(accuracy_keys_t), allocatable :: accuracy(:) !! errors that are asked
+      logical :: lacks_lattice = .false.         !! whether its lattice is to be chosen, and it is known but for that
       character(:), allocatable :: as_used       !! complete namelist text: every key with the value in force
       character(:), allocatable :: as_begun      !! the same at the begin of the run, before it was resumed with other values
       character(:), allocatable :: warned        !! warnings of the table of rules, a line each
@@ -80,6 +83,7 @@ contains
       type(settings_t), intent(in) :: settings
       type(model_t), intent(inout) :: model
       type(crack_spec_t), allocatable :: cracks(:)
+      integer :: k
       call take_groups(settings, model)
       call take_run(settings, settings%find('run', 1), model%run)
       model%run%thickness%of_plate = merge(settings%number(settings%find('run', 1), 'thickness'), 1.0_dp, ndim == plane)
@@ -102,6 +106,10 @@ contains
       call fill_cycles(settings, model%cycles)
       call fill_energy_release(settings, model%energy_release)
       call fill_probes(settings, model%probes)
+      allocate (model%accuracy(settings%count_of('accuracy')))
+      do k = 1, size(model%accuracy)
+         call take_accuracy(settings, settings%find('accuracy', k), model%accuracy(k))
+      end do
       call find_materials(model)
       call take_sides(settings, model)
       call place_lines(model)

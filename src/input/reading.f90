@@ -2,6 +2,7 @@
 !>
 !> `--set group.key=value`: values of the command line that replace values of the file.
 module hampm_reading
+   use hampm_body_group, only: body_t, fill_bodies
    use hampm_consistency, only: check_consistency
    use hampm_failure, only: failure_t
    use hampm_kinds, only: dp, ndim
@@ -26,13 +27,14 @@ module hampm_reading
 contains
 
    !> Read a model. Every error in the file and in the overrides is reported, not only the first.
-   subroutine read_model(path, overrides, model, failure, written)
+   subroutine read_model(path, overrides, model, failure, written, text)
       character(*), intent(in) :: path
       type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win
       type(model_t), intent(out) :: model
       type(failure_t), intent(inout) :: failure
       type(settings_t), intent(out), optional :: written !! settings read, with their locations
-      character(:), allocatable :: text
+      character(:), allocatable, intent(out) :: text !! of the file
+      text = ''
       call read_text(path, text, failure)
       if (.not. failure%failed()) call understand_model(path, text, overrides, model, failure, written)
    end subroutine read_model
@@ -46,6 +48,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(settings_t), intent(out), optional :: written !! settings read, with their locations
       type(settings_t) :: settings
+      logical :: lacks_lattice                     ! which is to be chosen
       logical :: is_other                          ! than a model of this program
       integer :: i
       settings%file = path
@@ -60,9 +63,19 @@ contains
          if (present(written)) written = settings
          return
       end if
+      lacks_lattice = settings%count_of('grid') == 0 .and. settings%count_of('accuracy') > 0
+      if (lacks_lattice) call override('grid.cell=1', settings)
+      if (lacks_lattice) call override('grid.cells='//repeat('1,', ndim - 1)//'1', settings)
       call validate(settings)
+      if (lacks_lattice) call lay_over_bodies(settings)
       call resolve(settings)
       call fill_model(settings, model)
+      model%lacks_lattice = lacks_lattice
+      if (lacks_lattice) then
+         call settings%errors%tell(failure)
+         if (present(written)) written = settings
+         return
+      end if
       call choose_courant(model, settings)
       model%warned = ''
       model%noted = ''
@@ -118,6 +131,26 @@ contains
          if (grid > 0) n = settings%entries(grid)%settings(find_key(settings%entries(grid)%group, key))%count
       end function values_of
    end subroutine find_other_program
+
+   !> Lay a lattice over the boxes of all bodies, for what is measured before one is chosen.
+   pure subroutine lay_over_bodies(settings)
+      type(settings_t), intent(inout) :: settings
+      integer, parameter :: most = 64            ! cells along the longest side
+      type(body_t), allocatable :: bodies(:)
+      real(dp) :: lower(ndim), upper(ndim), cell
+      integer :: d, k
+      call fill_bodies(settings, bodies)
+      if (size(bodies) == 0) return
+      do d = 1, ndim
+         lower(d) = minval([(bodies(k)%lower(d), k=1, size(bodies))])
+         upper(d) = maxval([(bodies(k)%upper(d), k=1, size(bodies))])
+      end do
+      cell = maxval(upper - lower)/most
+      if (.not. cell > 0) return
+      call settings%set_numbers(settings%find('grid', 1), 'lower', lower)
+      call settings%set_numbers(settings%find('grid', 1), 'cell', [cell])
+      call settings%set_numbers(settings%find('grid', 1), 'cells', max(1.0_dp, anint((upper - lower)/cell + 0.5_dp)))
+   end subroutine lay_over_bodies
 
    !> Resolve values that stand for another one.
    pure subroutine resolve(settings)

@@ -853,7 +853,7 @@ module hampm_rule_table
       atom_t(1, is_one_of, 9, 13, 426, 427, 0.0_dp), &
       atom_t(0, is_set, 7, 1, 428, 427, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 428, 428, 0.0_dp), &
-      atom_t(0, is_set, 19, 2, 429, 428, 0.0_dp), &
+      atom_t(0, is_set, 20, 2, 429, 428, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 429, 428, 0.0_dp, samples_apart_from_load_steps), &
       atom_t(0, is_one_of, 9, 7, 429, 429, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 430, 430, 0.0_dp), &

@@ -40,6 +40,7 @@ module hampm_results
       integer(long), private :: clock_last = 0            !! ticks at the last flush
    contains
       procedure :: create
+      procedure :: write_nothing
       procedure :: resume
       procedure :: lengths
       procedure :: add_column
@@ -74,6 +75,13 @@ contains
       if (.not. fault%failed()) call self%file%make_group('/input', fault)
       call pass_on(self, fault, failure)
    end subroutine create
+
+   !> Take all, and write nothing.
+   subroutine write_nothing(self)
+      class(results_t), intent(inout) :: self
+      self%path = ''
+      self%broken = .true.
+   end subroutine write_nothing
 
    !> Continue the result of a model, where it had certain `lengths`; it is declared as at its beginning. `exit_file` where there is
    !> no result of this model or it is shorter.

@@ -112,6 +112,10 @@ contains
       call checkpoint%serialise('samples', s%samples)
       call checkpoint%serialise('snapshots', s%snapshots)
       call checkpoint%serialise('largest_load', s%largest_load)
+      if (size(s%model%accuracy) > 0 .and. .not. allocated(s%asked)) allocate (s%asked(size(s%model%accuracy)))
+      do k = 1, size(s%model%accuracy)
+         call s%asked(k)%serialise(checkpoint, 'asked_'//to_text(k))
+      end do
       n = 0
       if (.not. checkpoint%is_read) n = size(s%lengths)
       call checkpoint%serialise('number_lengths', n)

@@ -3,6 +3,7 @@ module hampm_recording
    use, intrinsic :: ieee_exceptions, only: ieee_usual, ieee_get_halting_mode, ieee_set_halting_mode
    use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
    use hampm_kinds, only: dp, long
+   use hampm_asked_errors, only: new_asked_errors
    use hampm_cohesive_zone, only: check_zones
    use hampm_element_operators, only: element_operators_t
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
@@ -38,9 +39,15 @@ contains
       type(simulation_t), intent(inout) :: s
       character(*), intent(in) :: folder
       type(failure_t), intent(inout) :: failure
-      call ensure_folder(folder, failure)
+      if (size(s%model%accuracy) > 0) then
+         call take_row(s%model, s%problem, s%cracks, s%growing, 0.0_dp, s%measurements)
+         call new_asked_errors(s%model%accuracy, s%measurements%history, s%asked, failure)
+      end if
+      if (.not. (s%is_pilot .or. failure%failed())) call ensure_folder(folder, failure)
       if (failure%failed()) return
-      if (allocated(s%lengths)) then
+      if (s%is_pilot) then
+         call s%results%write_nothing()
+      else if (allocated(s%lengths)) then
          call s%results%resume(result_path(s%model, folder), s%model%as_begun, s%lengths, failure)
       else
          call s%results%create(result_path(s%model, folder), failure)
@@ -140,6 +147,7 @@ contains
       if (s%problem%interfaces%n_cohesive > 0) call check_zones(s%cracks, s%problem%interfaces, s%warning)
       call follow_waves(s%model, s%problem, s%growing, .true., s%measurements)
       call take_row(s%model, s%problem, s%cracks, s%growing, s%dt, s%measurements)
+      if (allocated(s%asked)) call s%asked%take(s%measurements%history)
       call s%results%append(s%measurements%history%row, failure)
       if (is_due(s, next_row(s))) s%samples = next_multiple(s, s%samples, s%model%output%history_interval)
       if (has_snapshot(s)) call take_snapshot(s, failure)

@@ -1,6 +1,7 @@
 !> The parts of a run, built from its model. Procedures of a run do nothing after a failure.
 module hampm_simulation
    use hampm_kinds, only: dp, long
+   use hampm_asked_errors, only: asked_error_t
    use hampm_assembly, only: assemble, choose_integrator
    use hampm_bodies, only: add_spin
    use hampm_input_warnings, only: warnings_of
@@ -13,6 +14,7 @@ module hampm_simulation
    use hampm_failure, only: failure_t
    use hampm_growing, only: growing_t, new_growing
    use hampm_integrator, only: integrator_t
+   use hampm_interface_step, only: forget_faces
    use hampm_interruption, only: interruption_t
    use hampm_largest_step, only: default_courant, default_part
    use hampm_measurements, only: measurements_t, new_measurements, rebuild_extrapolation, measure
@@ -30,7 +32,8 @@ module hampm_simulation
    use hampm_threads, only: use_threads
    implicit none
    private
-   public :: simulation_t, build, rebuild_on_mesh, limit_time_step, follow_stiffening, measure_state, warnings, is_near_equilibrium
+   public :: simulation_t, build, release, rebuild_on_mesh, limit_time_step, follow_stiffening, measure_state, warnings, &
+             is_near_equilibrium
 
    real(dp), parameter :: near_equilibrium = 0.01_dp !! distance to equilibrium up to which values count as static [-]
 
@@ -41,6 +44,8 @@ module hampm_simulation
       type(cracks_t) :: cracks
       type(measurements_t) :: measurements
       type(results_t) :: results
+      type(asked_error_t), allocatable :: asked(:) !! errors that are asked, and told
+      logical :: is_pilot = .false.              !! whether it is run for these alone, and writes nothing
       type(refinement_t) :: refinement
       type(carried_cracks_t) :: carried
       type(growing_t) :: growing
@@ -99,6 +104,14 @@ contains
          end select
       end associate
    end subroutine build
+
+   !> Release the memory of C libraries, which is not released automatically.
+   subroutine release(s)
+      type(simulation_t), intent(inout) :: s
+      call s%problem%solver%direct%release()
+      call s%measurements%extrapolation%direct%release()
+      call forget_faces(s%problem%interface_step)
+   end subroutine release
 
    !> Make time step, nodes around crack tips, loads on edges and faces and extrapolations fit a new mesh.
    subroutine rebuild_on_mesh(s, failure)

@@ -5,6 +5,7 @@ drawn anew (`repair`). All numbers are drawn from a `random.Random`, so that a s
 """
 
 import math
+import random
 import re
 
 LAWS = ["linear_elastic", "linear_elastic", "linear_elastic", "neo_hookean", "mooney_rivlin", "j2_plastic", "j2_plastic", "viscoelastic", "orthotropic"]
@@ -680,7 +681,16 @@ class Drawing:
             name = chance.choice([name for name, _ in scene if name in CHOICES])
             key = chance.choice(list(CHOICES[name]))
             chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
+        self.ask(scene)
         return scene
+
+    @staticmethod
+    def ask(scene):
+        """Asks some scenes at rest for an error that the first mesh reaches, so that order and levels are chosen. By itself: other draws stay what they are."""
+        asks = random.Random(repr(scene))
+        at_rest, release = group(scene, "method").get("time") == "static", group(scene, "energy_release")
+        if at_rest and asks.random() < 0.25 and "domain_integral" in release.get("estimators", ()):
+            scene.append(["accuracy", {"quantity": "J", "error": 0.9, "at": asks.choice(["end", "largest", "all"])}])
 
     def move_by_modes(self, scene):
         """Lets a scene of linear laws without growth and cohesion move by its modes, without what has none."""

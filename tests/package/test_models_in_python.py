@@ -164,3 +164,16 @@ def test_texts_stay_what_they_are(hampm, plate):
     plate.run.title = title
     plate.write(hampm.folder / "a.nml")
     assert package.Scene(text=json.loads(hampm("--check", "--json", "a.nml").stdout)["namelist"]).run.title == title
+
+
+def test_an_error_is_asked(plate, tmp_path):
+    """What the model leaves out is chosen; the model stays as it is. Its lattice may be missing, not without an error that is asked."""
+    del plate.grid
+    with pytest.raises(package.ModelError, match="grid"):
+        package.run(plate, output=tmp_path, progress=False)
+    history = package.run(plate, output=tmp_path, progress=False, accuracy={"K_I": 0.002, "K_II": 0.005})
+    for quantity, error in (("K_I", 0.002), ("K_II", 0.005)):
+        assert all(history[f"{quantity}_error{tip}"][-1] <= error * abs(history[f"{quantity}{tip}"][-1]) for tip in ("", "_tip2"))
+    assert len(plate.accuracy) == 0
+    with pytest.raises(package.ComputationError, match="not reached"):
+        package.run(plate, output=tmp_path, progress=False, accuracy={"K_I": 1e-12})

@@ -25,11 +25,12 @@ program eigenvalue_limit
    type(options_t) :: options
    type(model_t) :: model
    type(simulation_t) :: s
+   character(:), allocatable :: text
    type(failure_t) :: failure
 
    allocate (words, source=command_arguments())
    call parse_arguments(words(2:), options, failure)
-   if (.not. failure%failed()) call read_model(options%input, options%overrides, model, failure)
+   if (.not. failure%failed()) call read_model(options%input, options%overrides, model, failure, text=text)
    read (words(1)%text, *) model%method%courant
    if (.not. failure%failed()) call build(model, options%threads, s, failure)
    if (.not. failure%failed()) print '(es23.15)', 2/sqrt(largest_eigenvalue())/s%longest_step

@@ -16,11 +16,12 @@ program forced_step
    type(options_t) :: options
    type(model_t) :: model
    type(simulation_t) :: simulation
+   character(:), allocatable :: text
    type(failure_t) :: failure
 
    allocate (words, source=command_arguments())
    call parse_arguments(words(2:), options, failure)
-   if (.not. failure%failed()) call read_model(options%input, options%overrides, model, failure)
+   if (.not. failure%failed()) call read_model(options%input, options%overrides, model, failure, text=text)
    read (words(1)%text, *) model%method%courant
    if (.not. failure%failed()) call build(model, options%threads, simulation, failure)
    if (.not. failure%failed()) call run_and_report(options, simulation, failure)

@@ -23,6 +23,7 @@ program newton_steps
    type(options_t) :: options
    type(model_t) :: model
    type(simulation_t) :: s
+   character(:), allocatable :: text
    type(failure_t) :: failure
    integer(long) :: steps
    real(dp) :: dt
@@ -31,7 +32,7 @@ program newton_steps
    call random_seed(size=n)
    call random_seed(put=[(k, k=1, n)])           ! the same state in each run
    call parse_arguments(command_arguments(), options, failure)
-   if (.not. failure%failed()) call read_model(options%input, options%overrides, model, failure)
+   if (.not. failure%failed()) call read_model(options%input, options%overrides, model, failure, text=text)
    if (.not. failure%failed()) call build(model, 1, s, failure)
    if (failure%failed()) call end_program(failure)
    dt = model%output%history_interval

@@ -516,6 +516,23 @@ class Probe(Group):
     """Of opening: how far behind that tip, along the crack [m]; [0, inf); default 0.0"""
 
 
+class Accuracy(Group):
+    """An error asked of a result: the program chooses cells, levels and steps that are not given."""
+
+    quantity: str | None
+    """Column of the history with an estimated error, of every tip; or of one, as K_I_tip2; required"""
+    error: float | None
+    """Estimated error that it may have at most, as part of its value; (0, 1); required"""
+    at: Literal['end', 'largest', 'all'] | None
+    """Of the last row, of that with the largest value, or of all rows, as part of the largest value; default 'end'"""
+    most_time: float | None
+    """Predicted duration that the run may have at most; 0: any [s]; [0, inf); default 0.0"""
+    most_memory: float | None
+    """Predicted memory that the run may take at most; 0: what there is [bytes]; [0, inf); default 0.0"""
+    must: bool | None
+    """Whether a run that would not reach it does not start, instead of coming as near as it can; default False"""
+
+
 class Output(Group):
     """What is written, and how often."""
 
@@ -570,5 +587,7 @@ class Groups:
     """Which energy quantities are recorded."""
     probe: GroupList[Probe]
     """What the history records at a point, along a line, of a crack, or of a load."""
+    accuracy: GroupList[Accuracy]
+    """An error asked of a result: the program chooses cells, levels and steps that are not given."""
     output: Output
     """What is written, and how often."""

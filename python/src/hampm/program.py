@@ -17,7 +17,8 @@ ROOT = Path(__file__).resolve().parents[3]   # of the checkout, or PREFIX/share/
 BUILT = ROOT / "build/release/hampm"
 PACKED = Path(__file__).resolve().parent / "bin"    # of a wheel
 SOLID = 3           # dimensions of the models of the program for solids
-CELLS = re.compile(r"&grid\b[^/&]*?\bcells\s*=\s*(\d+(?:[\s,]+\d+)*)", re.IGNORECASE)
+NUMBER = r"[-+]?\.?\d[-+.\ded]*"
+PLACES = re.compile(rf"&(?:grid\b[^/&]*?\bcells|body\b[^/&]*?\b(?:lower|center))\s*=\s*({NUMBER}(?:[\s,]+{NUMBER})*)", re.IGNORECASE)
 
 
 def find_program(program: str | Path | None = None, dimensions: int = 2) -> Path:
@@ -41,9 +42,9 @@ def find_program(program: str | Path | None = None, dimensions: int = 2) -> Path
 
 
 def dimensions_of(namelist: str) -> int:
-    """Of the model of a namelist: 3 where its grid has as many numbers of cells."""
-    found = CELLS.search("\n".join(line.partition("!")[0] for line in namelist.splitlines()))
-    return SOLID if found and len(re.split(r"[\s,]+", found[1])) == SOLID else 2
+    """Of the model of a namelist: 3 where its grid has as many numbers of cells, or a body a place of as many."""
+    found = PLACES.findall("\n".join(line.partition("!")[0] for line in namelist.splitlines()))
+    return SOLID if any(len(re.split(r"[\s,]+", values)) == SOLID for values in found) else 2
 
 
 def program_of_model(namelist: str | Path) -> Path:

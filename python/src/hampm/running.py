@@ -9,7 +9,7 @@ import sys
 import tempfile
 import threading
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ PART = re.compile(r" *([\d.]+)% ")
 
 def run(scene: Scene | str | Path, *, output: str | Path | None = None, threads: int = 0, resume: bool = False,
         progress: bool | Callable[[float], None] = True, force: bool = True, settings: dict[str, Any] | None = None, time_limit: float | None = None,
-        program: str | Path | None = None) -> History:
+        accuracy: Mapping[str, float] | None = None, program: str | Path | None = None) -> History:
     """Run a model to its end, and read its history.
 
     scene       a `Scene`, or the path of a namelist
@@ -34,6 +34,8 @@ def run(scene: Scene | str | Path, *, output: str | Path | None = None, threads:
     force       replace an old result
     settings    {"grid.cell": 1e-3, "load(2).force": (0, 1)}: keys with values in place of those of the model
     time_limit  wall time [s] after which it stops with a checkpoint
+    accuracy    {"K_I": 0.01}: errors that columns may have at most, as parts of their values: what the model leaves out of cells, levels and steps is
+                chosen so (&accuracy), and its group &grid may be missing
 
     program     default: that of the model, or the one that is found by the dimensions of its grid
 
@@ -43,6 +45,7 @@ def run(scene: Scene | str | Path, *, output: str | Path | None = None, threads:
     folder = Path(output) if output is not None else Path.cwd()
     scene = scene if isinstance(scene, Scene) else Scene(scene, program=program)
     scene = scene.with_settings(settings) if settings else scene
+    scene = scene.with_accuracy(accuracy) if accuracy else scene
     if not resume and (broken := scene.mistakes()):
         scene.check(warn=False)                      # which tells all mistakes, and where each stands
         raise ModelError(broken)

@@ -105,6 +105,13 @@ class Scene(Groups):
             found[index - 1][key] = value
         return other
 
+    def with_accuracy(self, errors: Mapping[str, float], at: str = "end") -> "Scene":
+        """A copy of the model that asks for these errors, {"K_I": 0.01}: what it leaves out of cells, levels and steps is chosen by the program."""
+        other = self.copy()
+        for quantity, error in errors.items():
+            other.add("accuracy", quantity=quantity, error=error, at=at)
+        return other
+
     def copy(self) -> "Scene":
         """A copy, which changes by itself."""
         other = Scene(text=str(self), program=self.program)
@@ -112,9 +119,10 @@ class Scene(Groups):
         return other
 
     def dimensions(self) -> int:
-        """3 for a solid, whose grid has three numbers of cells, else 2."""
-        grid = self._groups_of("grid")
-        return 3 if grid and any(isinstance(values, (list, tuple)) and len(values) == 3 for values in (grid[0].cells, grid[0].lower)) else 2
+        """3 for a solid, whose grid has three numbers of cells, or whose bodies have places of three, else 2."""
+        places = [values for name, keys in (("grid", ("cells", "lower")), ("body", ("lower", "center"))) for group in self._groups_of(name)
+                  for values in (group[key] for key in keys)]
+        return 3 if any(isinstance(values, (list, tuple)) and len(values) == 3 for values in places) else 2
 
     def found_program(self) -> Path:
         """The program that checks and runs the model."""

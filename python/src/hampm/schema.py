@@ -26,8 +26,11 @@ def model_schema() -> dict[str, Any]:
 def mistakes(groups: list[tuple[str, dict[str, Any]]]) -> Iterator[Message]:
     """What the groups of a model, (name, {key: value}) in their order, break of the schema."""
     schema = model_schema()
-    for name in schema["required"]:
-        if not any(group == name for group, _ in groups):
+    there = {group for group, _ in groups}
+    either = [one["required"][0] for one in schema["anyOf"]]
+    needed = schema["required"][:1] + either[:not there.intersection(either)] + schema["required"][1:]
+    for name in needed:
+        if name not in there:
             yield Message(f"the group &{name} is missing: {schema['$defs'][name]['description']}", group=name)
     for name, values in groups:
         of = schema["$defs"][name]

@@ -1,0 +1,33 @@
+!> The families of meshes and steps among which a run that is to reach an error chooses: those on the fronts of
+!> docs/evidence/tradeoff.md, of accuracy over cost.
+module hampm_families
+   use hampm_kinds, only: dp, ndim
+   implicit none
+   private
+   public :: family_t, families
+
+   !> A family: what it sets beside lattice and levels, and what its runs cost.
+   type :: family_t
+      character(32) :: name
+      character(8) :: time                       !! of &method
+      integer :: order                           !! of &grid
+      integer :: points_per_cell                 !! of &body
+      integer :: rings                           !! of &refine indicator = 'tip'
+      integer :: first_level, level_step, most_level !! of this
+      real(dp) :: work                           !! at rest and for modes of each particle, times the logarithm of their number;
+                                                 !! in steps of each of them, a step being that of a wave through a root cell;
+                                                 !! in units of some 0.1 us
+      character(24) :: mass = ''                 !! of &method; '' as the model has it
+   end type family_t
+
+   logical, parameter :: plane = ndim == 2
+
+   type(family_t), parameter :: families(*) = [ &
+      family_t('quadratic cells', 'static', 2, 3, 3, merge(0, 1, plane), 1, merge(14, 3, plane), 7.0_dp), &
+      family_t('bilinear cells', 'static', 1, 2, 4, merge(0, 1, plane), 1, merge(14, 3, plane), 5.0_dp), &
+      family_t('bilinear cells', 'explicit', 1, 2, 4, 0, 1, merge(4, 2, plane), 1.5_dp), &
+      family_t('quadratic cells', 'modal', 2, 3, 3, merge(2, 0, plane), 1, merge(8, 2, plane), 60.0_dp), &
+      family_t('bilinear cells', 'modal', 1, 2, 4, 0, 1, merge(8, 2, plane), 60.0_dp), &
+      family_t('quadratic cells', 'implicit', 2, 3, 3, merge(2, 0, plane), 1, merge(8, 2, plane), 3.0_dp), &
+      family_t('bilinear cells', 'implicit', 1, 2, 4, 0, 1, merge(8, 2, plane), 3.0_dp)]
+end module hampm_families

@@ -1,0 +1,221 @@
+!> What coarse runs of a family of meshes and steps tell of its others: their errors, over those asked, as
+!>
+!>    e = a (h/h0)**p + b (h/h0) 2**(levels0 - levels),
+!>
+!> a and b being of the cells away from the tips and of those at them, h0 and levels0 of the first run; and their work, counted, not
+!> timed, so that a choice is the same on every machine.
+module hampm_mesh_trials
+   use hampm_kinds, only: dp, ndim
+   use hampm_asked_errors, only: asked_error_t, no_value, worst_difference
+   use hampm_families, only: family_t
+   implicit none
+   private
+   public :: mesh_t, pilot_t, trials_t, limits_t, aim, most_particles
+
+   real(dp), parameter :: aim = 0.8_dp           !! part of the asked error at which a choice aims
+   real(dp), parameter :: patience = 20          !! work of a mesh over that of the first where none reaches the error
+   real(dp), parameter :: of_row = 1.5_dp        !! work of a row of the history for each particle
+   real(dp), parameter :: least_order = 0.5_dp, most_order = 6, usual_order = 2 !! of the error away from the tips in the cell
+   real(dp), parameter :: least_part = 1e-3_dp   !! of the cells away from the tips in an error
+   integer, parameter :: order_of_waves = 1      !! of the error in motion in the cell, at least
+   real(dp), parameter :: most_particles = 4e6_dp !! of a mesh that is chosen
+   integer, parameter :: most_lattice = 200      !! number of a lattice over that of the coarsest
+
+   !> A mesh of a family.
+   type :: mesh_t
+      integer :: lattice = 1                     !! number of its lattice
+      integer :: levels = 0
+   end type mesh_t
+
+   !> What a run of a mesh tells.
+   type :: pilot_t
+      real(dp) :: error = no_value               !! over that asked [-]
+      real(dp) :: particles = 0
+      real(dp) :: seconds = 0                    !! of its processor [s]
+      real(dp) :: bytes = 0                      !! of memory for each particle
+      type(asked_error_t), allocatable :: values(:) !! that it has found
+   end type pilot_t
+
+   !> What has been tried of a family.
+   type :: trials_t
+      type(family_t) :: family
+      logical :: is_allowed = .false.
+      type(mesh_t) :: first                      !! of the first pilot
+      real(dp) :: of_cells = 0, of_tips = 0      !! the parts a and b of the error over that asked [-]
+      real(dp) :: order = usual_order            !! p [-]
+      real(dp) :: particles = 0, of_level = 0    !! of root cells of the first pilot; those that a level adds
+      real(dp) :: steps = 0                      !! of a wave through the root cells of the first pilot until the end
+      real(dp) :: rows = 1                       !! of the history
+      real(dp) :: seconds = 0                    !! of its processor for one unit of work [s]
+      real(dp) :: bytes = 0                      !! of memory for each particle
+      type(mesh_t) :: compared                   !! of the last run, with which the next one is compared in motion
+      type(asked_error_t), allocatable :: values(:) !! of that
+   contains
+      procedure :: error_of
+      procedure :: work_of
+      procedure :: particles_of
+      procedure :: fit
+      procedure :: deeper_levels
+      procedure :: learn
+      procedure :: find_cheapest
+   end type trials_t
+
+   !> What a choice may not change, and not exceed.
+   type :: limits_t
+      logical :: has_lattice = .false., has_levels = .false. !! given ones
+      real(dp) :: seconds = huge(1.0_dp)         !! of the processor [s]
+      real(dp) :: bytes = huge(1.0_dp)           !! of memory
+   end type limits_t
+
+contains
+
+   !> Predicted error of a mesh over that asked [-].
+   pure real(dp) function error_of(self, mesh) result(error)
+      class(trials_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      associate (h => real(self%first%lattice, dp)/mesh%lattice)
+         error = self%of_cells*exp(self%order*log(h)) + self%of_tips*h*2.0_dp**(self%first%levels - mesh%levels)
+      end associate
+   end function error_of
+
+   !> Material points of a mesh.
+   pure real(dp) function particles_of(self, mesh) result(n)
+      class(trials_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      associate (h => real(self%first%lattice, dp)/mesh%lattice)
+         n = self%particles*(1/h)**ndim + self%of_level*merge(real(mesh%levels, dp), 2.0_dp**mesh%levels/h, ndim == 2)
+      end associate
+   end function particles_of
+
+   !> Work of a mesh, in particles of an explicit step [-].
+   pure real(dp) function work_of(self, mesh) result(work)
+      class(trials_t), intent(in) :: self
+      type(mesh_t), intent(in) :: mesh
+      real(dp) :: n, h
+      h = real(self%first%lattice, dp)/mesh%lattice
+      n = max(self%particles_of(mesh), 2.0_dp)
+      select case (self%family%time)
+       case ('static', 'modal')
+         work = self%family%work*n*log(n)*merge(1.0_dp, n**(1/3.0_dp), ndim == 2)
+       case ('explicit')
+         work = self%family%work*n*self%steps/h*2.0_dp**mesh%levels
+       case default
+         work = self%family%work*n*self%steps/h
+      end select
+      work = work + of_row*n*self%rows
+   end function work_of
+
+   !> Levels with which the error of the first mesh is small enough where it is all of the cells at the tips.
+   pure integer function deeper_levels(self, error) result(levels)
+      class(trials_t), intent(in) :: self
+      real(dp), intent(in) :: error              !! of that over the one asked [-]
+      levels = self%first%levels + self%family%level_step
+      do while (error*2.0_dp**(self%first%levels - levels) > aim .and. levels < self%family%most_level)
+         levels = levels + self%family%level_step
+      end do
+   end function deeper_levels
+
+   !> Learn from a run that fell short: at rest on a finer lattice the order of the error away from the tips, else that all of it is
+   !> larger.
+   subroutine learn(self, error, mesh, factor)
+      class(trials_t), intent(inout) :: self
+      real(dp), intent(in) :: error              !! over that asked [-]
+      type(mesh_t), intent(in) :: mesh           !! of the run
+      real(dp), intent(in) :: factor             !! of the error over the predicted one [-]
+      real(dp) :: order
+      associate (h => real(self%first%lattice, dp)/mesh%lattice, &
+                 of_tips => self%of_tips*2.0_dp**(self%first%levels - mesh%levels))
+         if (self%family%time == 'static' .and. h < 1 .and. error > of_tips*h) then
+            order = log((error - of_tips*h)/self%of_cells)/log(h)
+            if (order >= least_order .and. order < self%order) then
+               self%order = order
+               return
+            end if
+         end if
+      end associate
+      self%of_cells = factor*self%of_cells
+      self%of_tips = factor*self%of_tips
+   end subroutine learn
+
+   !> Find the parts and the order of the error, and what a mesh costs, from the pilots.
+   subroutine fit(trials, first, finer, deeper, finer_mesh, deeper_mesh)
+      class(trials_t), intent(inout) :: trials
+      type(pilot_t), intent(in) :: first, finer, deeper
+      type(mesh_t), intent(in) :: finer_mesh, deeper_mesh !! of the others; that of the first one where there is no other
+      real(dp) :: h, left, gained, whole, part
+      logical :: moves
+      integer :: levels
+      moves = trials%family%time /= 'static'
+      trials%bytes = first%bytes
+      h = real(trials%first%lattice, dp)/finer_mesh%lattice
+      levels = deeper_mesh%levels - trials%first%levels
+      trials%compared = finer_mesh
+      trials%values = finer%values
+      gained = first%error - deeper%error
+      whole = first%error
+      if (moves) then                            ! errors of columns are those of the measurement alone
+         gained = max(gained, worst_difference(first%values, deeper%values))
+         if (h < 1) whole = first%error + worst_difference(first%values, finer%values)/(1 - h**order_of_waves)
+      end if
+      trials%of_tips = 0
+      if (levels > 0) trials%of_tips = min(max(0.0_dp, gained)/(1 - 2.0_dp**(-levels)), whole)
+      part = 2.0_dp**(trials%first%levels - finer_mesh%levels)
+      trials%of_cells = max(whole - trials%of_tips, least_part*whole)
+      trials%order = merge(real(order_of_waves, dp), usual_order, moves)
+      if (h < 1 .and. .not. moves) then
+         left = finer%error - trials%of_tips*h*part
+         trials%order = most_order
+         if (left > 0) trials%order = min(max(log(left/trials%of_cells)/log(h), least_order), most_order)
+      end if
+      trials%of_level = max(deeper%particles - first%particles, 1.0_dp)
+      associate (first_levels => trials%first%levels)
+         if (ndim == 2) then
+            trials%of_level = trials%of_level/max(levels, 1)
+            trials%particles = max(1.0_dp, first%particles - trials%of_level*first_levels)
+         else
+            trials%of_level = trials%of_level/(2.0_dp**first_levels*max(2.0_dp**levels - 1, 1.0_dp))
+            trials%particles = max(1.0_dp, first%particles - trials%of_level*2.0_dp**first_levels)
+         end if
+      end associate
+      trials%seconds = first%seconds/trials%work_of(trials%first)
+   end subroutine fit
+
+   !> The cheapest mesh of a family whose predicted error is small enough, or the one with the least error within the limits.
+   subroutine find_cheapest(trials, limits, best, least_work, least_error)
+      class(trials_t), intent(in) :: trials
+      type(limits_t), intent(in) :: limits
+      type(mesh_t), intent(out) :: best
+      real(dp), intent(out) :: least_work, least_error !! of that; the error at least `aim`; huge where there is none
+      type(mesh_t) :: mesh
+      real(dp) :: work, error, most_work
+      integer :: lattice, level
+      least_work = huge(least_work)
+      least_error = huge(least_error)
+      most_work = limits%seconds/max(trials%seconds, tiny(1.0_dp))
+      call look(most_work)
+      if (least_error > 1) call look(min(most_work, patience*trials%work_of(trials%first)))
+
+   contains
+
+      !> Look through all meshes within the limits.
+      subroutine look(most_work)
+         real(dp), intent(in) :: most_work
+         least_work = huge(least_work)
+         least_error = huge(least_error)
+         do lattice = trials%first%lattice, trials%first%lattice*merge(1, most_lattice, limits%has_lattice)
+            do level = trials%first%levels, merge(trials%first%levels, trials%family%most_level, limits%has_levels), &
+                       trials%family%level_step
+               mesh = mesh_t(lattice, level)
+               work = trials%work_of(mesh)
+               if (work > most_work .or. trials%particles_of(mesh) > most_particles) cycle
+               if (trials%particles_of(mesh)*trials%bytes > limits%bytes) cycle
+               error = max(trials%error_of(mesh), aim)
+               if (error > least_error .or. .not. error < least_error .and. work >= least_work) cycle
+               least_error = error
+               least_work = work
+               best = mesh
+            end do
+         end do
+      end subroutine look
+   end subroutine find_cheapest
+end module hampm_mesh_trials

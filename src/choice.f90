@@ -1,0 +1,412 @@
+!> The choice of mesh and steps by the errors that &accuracy asks. What the user gives stays, what he leaves out is chosen.
+!>
+!> Each family of meshes and steps that the rules allow is tried on three coarse meshes, its pilots: on the coarsest lattice,
+!> with more levels around the tips, and on a finer lattice. The cheapest mesh of all families whose error is predicted to be
+!> small enough (`hampm_mesh_trials`) is run; where it falls short, it makes the prediction larger, and another mesh is run. At
+!> rest the first pilot is a run: often it is enough.
+module hampm_choice
+   use hampm_kinds, only: dp, ndim
+   use hampm_asked_errors, only: no_value, worst_difference, worst_ratio
+   use hampm_critical_step, only: largest_wave_speed
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_families, only: family_t, families
+   use hampm_lattices, only: lattices_t, new_lattices
+   use hampm_mesh_trials, only: aim, limits_t, mesh_t, most_particles, pilot_t, trials_t
+   use hampm_model, only: model_t
+   use hampm_model_materials, only: materials_of
+   use hampm_reading, only: understand_model
+   use hampm_resource_estimate, only: estimate_resources, resources_t
+   use hampm_run, only: run
+   use hampm_settings, only: settings_t
+   use hampm_simulation, only: simulation_t, build, release
+   use hampm_text, only: string_t, to_text, digits_text
+   implicit none
+   private
+   public :: choice_t, choose
+
+   real(dp), parameter :: ringing = 20           !! crossings of the model by waves from which modes and implicit steps may pay
+   integer, parameter :: n_pilots = 3
+   real(dp), parameter :: worth = 0.3_dp         !! work of pilots of another family over that of the best so far, at most
+   real(dp), parameter :: step_of_lattice = 1.5_dp !! number of the lattice of the second pilot over that of the first
+   real(dp), parameter :: least_factor = 1.05_dp !! by which a run that falls short makes the prediction larger
+   integer, parameter :: most_tries = 6          !! of runs that fall short
+
+   !> The choice for a model.
+   type :: choice_t
+      logical :: is_open = .false.               !! whether anything is left to choose
+      character(:), allocatable :: path, text    !! of the namelist file
+      type(model_t) :: asked                     !! the model as it is given
+      type(settings_t) :: written                !! its settings
+      type(string_t), allocatable :: given(:)    !! overrides of the command line
+      type(string_t), allocatable :: overrides(:) !! those and the chosen ones
+      type(trials_t), allocatable :: trials(:)   !! by family
+      type(lattices_t) :: lattices
+      type(limits_t) :: limits
+      integer :: family = 0                      !! chosen one
+      type(mesh_t) :: mesh                       !! chosen one
+      real(dp) :: predicted = 0                  !! its error over that asked [-]
+      real(dp) :: reached = 0                    !! that of its run [-]
+      real(dp) :: pilots = 0                     !! processor time of all pilots [s]
+      integer :: tries = 0                       !! runs so far
+      logical :: is_judged = .false.             !! whether the mesh is known to reach the error, or to be the best
+      type(pilot_t) :: first                     !! the first of these runs
+   contains
+      procedure :: fell_short
+   end type choice_t
+
+contains
+
+   !> Choose mesh and steps of a model that is known but for them. Where nothing is left to choose only its errors are compared with
+   !> those asked, at its end.
+   subroutine choose(path, text, overrides, threads, is_without_run, model, written, choice, failure)
+      character(*), intent(in) :: path, text     !! of the namelist file
+      type(string_t), intent(in) :: overrides(:) !! of the command line
+      integer, intent(in) :: threads
+      logical, intent(in) :: is_without_run             !! whether the choice is wanted without a run
+      type(model_t), intent(inout) :: model      !! as it is given; then with what is chosen
+      type(settings_t), intent(in) :: written
+      type(choice_t), intent(out) :: choice
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: refused
+      type(pilot_t) :: pilot
+      type(mesh_t) :: deeper
+      choice%path = path
+      choice%text = text
+      choice%given = overrides
+      choice%overrides = overrides
+      choice%asked = model
+      choice%written = written
+      if (size(model%accuracy) == 0) return
+      choice%limits%has_lattice = .not. model%lacks_lattice
+      choice%limits%has_levels = written%given(written%find('refine', 1), 'indicator') .or. &
+                                 size(model%paths) + size(model%planes) == 0
+      choice%is_open = .not. (choice%limits%has_lattice .and. choice%limits%has_levels .and. &
+                              written%given(written%find('grid', 1), 'order'))
+      if (.not. choice%is_open) return
+      if (any(model%accuracy%most_time > 0)) choice%limits%seconds = &
+         minval(model%accuracy%most_time, mask=model%accuracy%most_time > 0)
+      if (any(model%accuracy%most_memory > 0)) choice%limits%bytes = &
+         minval(model%accuracy%most_memory, mask=model%accuracy%most_memory > 0)
+      choice%lattices = new_lattices(model)
+      call find_families(choice, failure)
+      if (failure%failed()) return
+      call take(choice, choice%family, choice%trials(choice%family)%first, model, failure)
+      if (failure%failed()) return
+      associate (asked => choice%asked%accuracy)
+         if (.not. (is_without_run .or. any(asked%must .or. asked%most_time > 0 .or. asked%most_memory > 0))) return
+      end associate
+      do                                         ! at rest to the mesh that a run ends with; in motion that is too long
+         call try(choice, choice%trials(choice%family)%family, choice%mesh, threads, pilot, refused)
+         if (refused%failed()) then
+            call failure%report(refused%code, refused%message, refused%records)
+            return
+         end if
+         if (.not. goes_on(choice, pilot, threads, model, failure)) exit
+         if (model%method%time /= 'static') exit
+      end do
+      choice%is_judged = model%method%time == 'static'
+      if (choice%is_judged) choice%predicted = choice%reached
+      associate (trials => choice%trials(choice%family))
+         if (choice%is_judged .and. choice%tries == 1 .and. .not. choice%limits%has_levels) then ! for what other errors cost
+            deeper = mesh_t(trials%first%lattice, trials%deeper_levels(trials%error_of(trials%first)))
+            call try(choice, trials%family, deeper, threads, pilot, refused)
+            if (.not. refused%failed()) call trials%fit(choice%first, choice%first, pilot, trials%first, deeper)
+         end if
+      end associate
+      choice%tries = 0
+      if (failure%failed() .or. .not. any(choice%asked%accuracy%must)) return
+      if (max(choice%reached, choice%predicted) > 1) call failure%report(exit_computation, '&accuracy error: it cannot be '// &
+         'reached within the limits: the best mesh has '//digits_text(max(choice%reached, choice%predicted), 2)// &
+         ' times the error asked. Ask for less, allow more time or memory, or use must = .false. for that mesh')
+   end subroutine choose
+
+   !> Find the families that the rules allow, and the first of them. Bilinear cells are for models that have no others.
+   subroutine find_families(choice, failure)
+      type(choice_t), intent(inout) :: choice
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: refused
+      type(model_t) :: trial
+      real(dp) :: size_of, crossings             ! of the model [m], by waves until the end
+      integer :: k, level
+      size_of = maxval(choice%lattices%upper - choice%lattices%lower)
+      crossings = choice%asked%run%end_time*largest_wave_speed(materials_of(choice%asked), 'dilatational')/size_of
+      allocate (choice%trials(size(families)))
+      do k = 1, size(families)
+         choice%trials(k)%family = families(k)
+         associate (trials => choice%trials(k), family => families(k), model => choice%asked, written => choice%written)
+            trials%first = mesh_t(choice%lattices%first, merge(0, family%first_level, choice%limits%has_levels))
+            if (family%time /= model%method%time .and. &
+                (model%method%time == 'static' .or. family%time == 'static' .or. &
+                 written%given(written%find('method', 1), 'time'))) cycle
+            if (written%given(written%find('grid', 1), 'order') .and. family%order /= model%grid%order) cycle
+            if (any(family%time == ['modal   ', 'implicit']) .and. crossings < ringing .and. &
+                any(choice%trials(:k)%is_allowed)) cycle
+            trials%rows = 1 + model%run%end_time/model%output%history_interval
+            trials%steps = crossings*size_of/choice%lattices%cell_size(trials%first%lattice)
+            if (family%order == 1 .and. any(choice%trials(:k)%is_allowed .and. choice%trials(:k)%family%time == family%time)) cycle
+            do level = trials%first%levels, merge(trials%first%levels, family%most_level, choice%limits%has_levels)
+               trials%first%levels = level       ! cells have to be fine enough for growth
+               refused = failure_t()
+               call understand_model(choice%path, choice%text, [choice%given, chosen(choice, family, trials%first)], trial, refused)
+               trials%is_allowed = .not. refused%failed()
+               if (trials%is_allowed) exit
+            end do
+         end associate
+      end do
+      choice%family = findloc(choice%trials%is_allowed, .true., dim=1)
+      if (choice%family == 0) call failure%report(refused%code, refused%message, refused%records)
+   end subroutine find_families
+
+   !> After a run of the first mesh of a solid or of a motion: run the pilots of all families, and choose by them.
+   subroutine choose_by_pilots(choice, first, threads, model, failure)
+      type(choice_t), intent(inout) :: choice
+      type(pilot_t), intent(in) :: first         !! that run
+      integer, intent(in) :: threads
+      type(model_t), intent(inout) :: model
+      type(failure_t), intent(inout) :: failure
+      type(mesh_t) :: mesh
+      real(dp) :: work, least_work, error
+      integer :: k
+      least_work = huge(least_work)
+      do k = 1, size(choice%trials)
+         if (.not. choice%trials(k)%is_allowed) cycle
+         if (k /= choice%family) then            ! as many cells as in the first pilot
+            choice%trials(k)%particles = first%particles*(real(choice%trials(k)%family%points_per_cell, dp)/ &
+                                                          choice%trials(choice%family)%family%points_per_cell)**ndim
+            choice%trials(k)%is_allowed = n_pilots*choice%trials(k)%work_of(choice%trials(k)%first) < worth*least_work
+            if (.not. choice%trials(k)%is_allowed) cycle
+         end if
+         call try_family(choice, choice%trials(k), k == choice%family, first, threads)
+         if (.not. choice%trials(k)%is_allowed) cycle
+         call choice%trials(k)%find_cheapest(choice%limits, mesh, work, error)
+         if (error <= 1) least_work = min(least_work, work)
+      end do
+      call take_cheapest(choice, model, failure)
+   end subroutine choose_by_pilots
+
+   !> Take a mesh of a family.
+   subroutine take(choice, family, mesh, model, failure)
+      type(choice_t), intent(inout) :: choice
+      integer, intent(in) :: family
+      type(mesh_t), intent(in) :: mesh
+      type(model_t), intent(out) :: model
+      type(failure_t), intent(inout) :: failure
+      choice%family = family
+      choice%mesh = mesh
+      choice%overrides = [choice%given, chosen(choice, choice%trials(family)%family, mesh)]
+      call understand_model(choice%path, choice%text, choice%overrides, model, failure)
+   end subroutine take
+
+   !> Run the pilots of a family. It is not allowed where the first one fails.
+   subroutine try_family(choice, trials, is_known, known, threads)
+      type(choice_t), intent(inout) :: choice
+      type(trials_t), intent(inout) :: trials
+      logical, intent(in) :: is_known            !! whether the first pilot is
+      type(pilot_t), intent(in) :: known         !! that
+      integer, intent(in) :: threads
+      type(mesh_t) :: finer_mesh, deeper_mesh
+      type(pilot_t) :: first, finer, deeper
+      type(failure_t) :: refused
+      logical :: moves
+      moves = trials%family%time /= 'static'
+      first = known
+      if (.not. is_known) call try(choice, trials%family, trials%first, threads, first, refused)
+      trials%is_allowed = .not. refused%failed()
+      if (.not. trials%is_allowed) return
+      finer_mesh = trials%first
+      if (.not. choice%limits%has_lattice) finer_mesh%lattice = ceiling(step_of_lattice*trials%first%lattice)
+      deeper_mesh = trials%first
+      if (.not. choice%limits%has_levels) deeper_mesh%levels = trials%first%levels + trials%family%level_step
+      deeper = first
+      if (.not. choice%limits%has_levels) call try(choice, trials%family, deeper_mesh, threads, deeper, refused)
+      if (refused%failed()) deeper_mesh = trials%first
+      if (refused%failed()) deeper = first
+      finer = first
+      if (.not. choice%limits%has_lattice .and. (moves .or. deeper%error > aim)) &
+         call try(choice, trials%family, finer_mesh, threads, finer, refused)
+      if (refused%failed()) finer_mesh = trials%first
+      if (refused%failed()) finer = first
+      call trials%fit(first, finer, deeper, finer_mesh, deeper_mesh)
+   end subroutine try_family
+
+   !> Run a mesh of a family for its errors alone.
+   subroutine try(choice, family, mesh, threads, pilot, refused)
+      type(choice_t), intent(inout) :: choice
+      type(family_t), intent(in) :: family
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: threads
+      type(pilot_t), intent(out) :: pilot
+      type(failure_t), intent(out) :: refused
+      type(model_t) :: trial
+      type(simulation_t) :: s
+      real(dp) :: start, end
+      call cpu_time(start)
+      call understand_model(choice%path, choice%text, [choice%given, chosen(choice, family, mesh)], trial, refused)
+      if (.not. refused%failed()) call build(trial, threads, s, refused)
+      if (.not. refused%failed()) then
+         pilot%particles = s%problem%particles%n
+         s%is_pilot = .true.
+         call run(s, '', .true., refused)
+         if (.not. refused%failed()) pilot%error = worst_ratio(s%asked)
+         if (.not. refused%failed()) pilot%values = s%asked
+         call release(s)
+      end if
+      call cpu_time(end)
+      pilot%seconds = end - start
+      if (.not. refused%failed()) pilot%bytes = bytes_of(trial)
+      choice%pilots = choice%pilots + pilot%seconds
+   end subroutine try
+
+   !> Memory of a model for each of its particles [bytes].
+   real(dp) function bytes_of(model) result(bytes)
+      type(model_t), intent(in) :: model
+      type(resources_t) :: resources
+      resources = estimate_resources(model)
+      bytes = resources%memory/max(resources%particles, 1.0_dp)
+   end function bytes_of
+
+   !> The overrides that make a mesh of a family of a model.
+   function chosen(choice, family, mesh) result(overrides)
+      type(choice_t), intent(in) :: choice
+      type(family_t), intent(in) :: family
+      type(mesh_t), intent(in) :: mesh
+      type(string_t), allocatable :: overrides(:)
+      integer :: k, body
+      allocate (overrides(0))
+      if (.not. choice%limits%has_lattice) overrides = choice%lattices%overrides(mesh%lattice)
+      call set('grid', 'order', to_text(family%order))
+      do k = 1, choice%written%count_of('body')
+         body = choice%written%find('body', k)
+         if (choice%written%flag(body, 'hole') .or. choice%written%given(body, 'points_per_cell')) cycle
+         call add('body('//to_text(k)//').points_per_cell='//to_text(family%points_per_cell))
+      end do
+      if (.not. choice%limits%has_levels .and. (mesh%levels > 0 .or. choice%written%find('refine', 1) == 0)) then
+         call add('refine.indicator='//trim(merge('tip ', 'none', mesh%levels > 0)))
+         if (mesh%levels > 0) call set('refine', 'max_level', to_text(mesh%levels))
+         if (mesh%levels > 0) call set('refine', 'rings', to_text(family%rings))
+         if (mesh%levels > 0) call set('refine', 'max_particles', to_text(nint(2*most_particles)))
+      end if
+      if (family%time /= choice%asked%method%time) call add('method.time='//trim(family%time))
+      if (family%time == 'implicit' .and. .not. (written_key('method', 'time_step') .or. written_key('method', 'courant'))) &
+         call add('method.time_step='//to_text(choice%lattices%cell_size(mesh%lattice)/ &
+                                               largest_wave_speed(materials_of(choice%asked), 'dilatational')))
+      if (family%mass /= '') call set('method', 'mass', trim(family%mass))
+      if (size(choice%asked%energy_release%chosen) == 0 .and. size(choice%asked%paths) + size(choice%asked%planes) > 0) &
+         call add('energy_release.estimators=''domain_integral''')
+
+   contains
+
+      !> Add an override.
+      subroutine add(text)
+         character(*), intent(in) :: text
+         type(string_t) :: override
+         override%text = text
+         overrides = [overrides, override]
+      end subroutine add
+
+      !> Set a key that is not given.
+      subroutine set(group, key, value)
+         character(*), intent(in) :: group, key, value
+         if (.not. written_key(group, key)) call add(group//'.'//key//'='//value)
+      end subroutine set
+
+      !> Whether a key is given.
+      logical function written_key(group, key) result(is_given)
+         character(*), intent(in) :: group, key
+         is_given = choice%written%given(choice%written%find(group, 1), key)
+      end function written_key
+   end function chosen
+
+   !> Take the cheapest mesh of all families.
+   subroutine take_cheapest(choice, model, failure)
+      type(choice_t), intent(inout) :: choice
+      type(model_t), intent(inout) :: model
+      type(failure_t), intent(inout) :: failure
+      type(mesh_t) :: mesh, best
+      real(dp) :: work, error, least_work, least_error
+      integer :: k, family
+      least_work = huge(least_work)
+      least_error = huge(least_error)
+      family = 0
+      do k = 1, size(choice%trials)
+         if (.not. choice%trials(k)%is_allowed) cycle
+         call choice%trials(k)%find_cheapest(choice%limits, mesh, work, error)
+         if (error > least_error .or. .not. error < least_error .and. work >= least_work) cycle
+         least_error = error
+         least_work = work
+         best = mesh
+         family = k
+      end do
+      if (family == 0) then
+         call failure%report(exit_computation, '&accuracy most_time or most_memory: even the '// &
+                             'coarsest mesh is predicted to take more')
+         return
+      end if
+      choice%predicted = choice%trials(family)%error_of(best)
+      call take(choice, family, best, model, failure)
+   end subroutine take_cheapest
+
+   !> After a run: whether it fell short of the error asked and another mesh, which is then chosen, is better.
+   logical function fell_short(choice, s, seconds, threads, model, failure)
+      class(choice_t), intent(inout) :: choice
+      type(simulation_t), intent(in) :: s
+      real(dp), intent(in) :: seconds            !! of the processor that it took [s]
+      integer, intent(in) :: threads
+      type(model_t), intent(inout) :: model
+      type(failure_t), intent(inout) :: failure
+      fell_short = .false.
+      if (.not. choice%is_open .or. failure%failed() .or. .not. allocated(s%asked)) return
+      fell_short = goes_on(choice, pilot_t(worst_ratio(s%asked), real(s%problem%particles%n, dp), seconds, bytes_of(model), &
+                                           s%asked), threads, model, failure)
+   end function fell_short
+
+   !> After a run, for real or not: whether another mesh, which is then chosen, is better.
+   logical function goes_on(choice, pilot, threads, model, failure) result(goes)
+      type(choice_t), intent(inout) :: choice
+      type(pilot_t), intent(in) :: pilot         !! that run
+      integer, intent(in) :: threads
+      type(model_t), intent(inout) :: model
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: factor, gained
+      type(mesh_t) :: before
+      integer :: family
+      logical :: deepens                         ! whether the second mesh is the first one with more levels
+      goes = .false.
+      before = choice%mesh
+      family = choice%family
+      choice%tries = choice%tries + 1
+      choice%reached = pilot%error
+      if (choice%is_judged) return
+      associate (trials => choice%trials(family), moves => choice%asked%method%time /= 'static')
+         if (choice%tries == 1) choice%first = pilot
+         if (choice%tries == 1) call trials%fit(pilot, pilot, pilot, trials%first, trials%first)
+         deepens = .not. (moves .or. ndim == 3 .or. choice%limits%has_levels)
+         if (choice%tries == 2 .and. deepens) call trials%fit(choice%first, choice%first, pilot, trials%first, before)
+         if (pilot%error <= 1 .and. .not. moves .or. pilot%error >= no_value .or. choice%tries > most_tries) return
+         if (choice%tries == 1 .and. (moves .or. ndim == 3)) then
+            call choose_by_pilots(choice, pilot, threads, model, failure)
+         else if (choice%tries == 1 .and. deepens) then
+            choice%predicted = aim
+            call take(choice, family, mesh_t(trials%first%lattice, trials%deeper_levels(pilot%error)), model, failure)
+         else if (choice%tries == 1 .or. choice%tries == 2 .and. deepens) then
+            call take_cheapest(choice, model, failure)
+         else
+            factor = max(pilot%error/max(choice%predicted, tiny(1.0_dp)), least_factor)
+            if (moves) then                      ! what it differs by from the last run, beside what it was to differ by
+               gained = trials%error_of(trials%compared) - trials%error_of(choice%mesh)
+               factor = worst_difference(trials%values, pilot%values)/max(gained, tiny(1.0_dp))
+               choice%reached = max(pilot%error, factor*choice%predicted)
+               factor = max(factor, least_factor)
+               trials%compared = choice%mesh
+               trials%values = pilot%values
+               if (choice%reached <= 1) return
+            end if
+            call trials%learn(pilot%error, choice%mesh, factor)
+            call take_cheapest(choice, model, failure)
+         end if
+      end associate
+      goes = .not. failure%failed() .and. (choice%mesh%lattice /= before%lattice .or. &
+                                           choice%mesh%levels /= before%levels .or. choice%family /= family)
+      if (.not. goes) choice%reached = max(choice%reached, choice%predicted)
+   end function goes_on
+end module hampm_choice

@@ -1,0 +1,89 @@
+!> What &accuracy has chosen, and why, for people.
+module hampm_choice_report
+   use hampm_kinds, only: dp
+   use hampm_choice, only: choice_t
+   use hampm_mesh_trials, only: mesh_t, trials_t, most_particles
+   use hampm_model, only: model_t
+   use hampm_text, only: to_text, three_digits, digits_text
+   implicit none
+   private
+   public :: choice_report, explained_model
+
+contains
+
+   !> What has been chosen, and what other errors would cost, in lines.
+   function choice_report(choice, model) result(text)
+      type(choice_t), intent(in) :: choice
+      type(model_t), intent(in) :: model
+      character(:), allocatable :: text
+      character(*), parameter :: nl = new_line('a'), indent = repeat(' ', 16)
+      type(trials_t) :: other
+      type(mesh_t) :: mesh
+      real(dp) :: work, error
+      integer :: k
+      text = ''
+      if (.not. choice%is_open .or. choice%family == 0) return
+      associate (trials => choice%trials(choice%family))
+         text = 'accuracy        '//trim(trials%family%name)//' of '//three_digits(model%grid%cell)//' m, '// &
+                to_text(choice%mesh%levels)//' levels around tips, '//trim(trials%family%time)//nl//indent// &
+                'predicted '//digits_text(choice%predicted, 2)//' of the error asked, about '// &
+                digits_text(trials%seconds*trials%work_of(choice%mesh), 2)//' s'
+         if (choice%pilots > 0) text = text//'; pilots took '//digits_text(choice%pilots, 2)//' s'
+         text = text//nl
+         if (.not. choice%is_judged) return
+         do k = 1, 2
+            other = trials
+            associate (part => merge(10.0_dp, 0.1_dp, k == 1))
+               other%of_cells = trials%of_cells*part
+               other%of_tips = trials%of_tips*part
+               call other%find_cheapest(choice%limits, mesh, work, error)
+               text = text//indent//trim(merge('a tenth of that error  ', 'ten times that error   ', k == 1))//': '
+               if (error > 1) text = text//'is not reached within '//to_text(nint(most_particles))//' particles'//nl
+               if (error <= 1) text = text//'about '//digits_text(trials%seconds*work, 2)//' s'//nl
+            end associate
+         end do
+      end associate
+   end function choice_report
+
+   !> The whole namelist of a model, with a comment to each chosen key.
+   function explained_model(choice, model) result(text)
+      type(choice_t), intent(in) :: choice
+      type(model_t), intent(in) :: model
+      character(:), allocatable :: text, group, key
+      character, parameter :: nl = new_line('a')
+      integer :: k, first, last, number
+      text = model%as_used
+      do k = size(choice%given) + 1, size(choice%overrides)
+         associate (set => choice%overrides(k)%text)
+            group = set(:index(set, '.') - 1)
+            key = set(index(set, '.') + 1:index(set, '=') - 1)
+         end associate
+         number = 1
+         if (index(group, '(') > 0) read (group(index(group, '(') + 1:len(group) - 1), *) number
+         if (index(group, '(') > 0) group = group(:index(group, '(') - 1)
+         first = 1
+         do number = number, 1, -1
+            first = first + index(nl//text(first:), nl//'&'//group//nl)
+         end do
+         first = first + index(text(first:), nl//'   '//key//' =')
+         last = first + index(text(first:), nl) - 2
+         text = text(:last)//' ! chosen: '//reason(group, key)//text(last + 1:)
+      end do
+   end function explained_model
+
+   !> Why a key has been chosen as it is.
+   pure function reason(group, key) result(text)
+      character(*), intent(in) :: group, key
+      character(:), allocatable :: text
+      select case (group//'.'//key)
+       case ('grid.lower', 'grid.cell', 'grid.cells')
+         text = 'the coarsest of the lattices with nodes at edges, supports and tips that is predicted to reach the error'
+       case ('grid.order', 'body.points_per_cell', 'method.time', 'method.time_step', 'refine.rings')
+         text = 'of the cheapest family of meshes and steps that the rules allow'
+       case ('refine.indicator', 'refine.max_level')
+         text = 'so many levels around the tips as make their part of the error small enough'
+       case default
+         text = 'as the quantity that is asked requires'
+      end select
+   end function reason
+end module hampm_choice_report

@@ -1,0 +1,185 @@
+"""Errors that are asked (&accuracy): the program chooses lattice, order, levels and steps, and keeps within the error of solutions that are known otherwise."""
+
+import csv
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+
+from harness import run
+from paths import INPUT, REFERENCE, SOLID_PROGRAM
+
+MATERIAL = "&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700.0 /"
+BEAM = f"""&run plane = 'stress'  thickness = 0.01  end_time = {{end}} /
+{MATERIAL}
+&body material = 'a'  lower = 0.0, 0.0  upper = 0.1, 0.01 /
+&constraint lower = 0.05, 0.0  upper = 0.1, 0.0  fix = 'y' /
+&load kind = 'traction'  lower = 0.0, 0.0  upper = 0.0, 0.01  force = 0.0, 1.0 /
+&crack kind = 'symmetry'  tip = 0.05, 0.0 /
+&method {{method}} /
+&accuracy quantity = '{{quantity}}'  error = {{error}} {{keys}} /
+&output file = 'out.h5' {{output}} /
+{{more}}"""
+
+
+def beam(error, quantity="J", method="time = 'static'", keys="", end=1.0, output="", more=""):
+    return BEAM.format(error=error, quantity=quantity, method=method, keys=keys, end=end, output=output, more=more)
+
+
+# 1.28737 of beam theory 12 F**2 a**2/(E b**2 h**3), converged finite elements
+G = 1.28737 * 12 * 0.05**2 / (70e9 * 0.01**2 * 0.01**3)
+
+
+@pytest.mark.parametrize("error", [0.03, 0.01, 0.003, 0.001])
+def test_a_beam_at_rest(hampm, error):
+    row = run(hampm, beam(error))
+    off, told = row["J"][-1] / G - 1, row["J_error"][-1] / row["J"][-1]
+    print(f"asked {error:.1%}: off {off:.3%}, told {told:.3%}, particles {row['particles'][-1]:.0f}")
+    assert abs(off) <= error and told <= error
+
+
+@pytest.mark.parametrize("beta", ["0", "30", "45"])
+@pytest.mark.parametrize("error", [0.01, 0.001])
+def test_slanted_cracks_at_rest(hampm, beta, error):
+    """K of both modes against integral equations; plane strain and another material."""
+    lines = [line for line in (REFERENCE / "cracks/a2_slanted_centre_plate.csv").read_text().splitlines() if line[:1] != "#"]
+    tips = [tip for tip in csv.DictReader(lines) if tip["case"] == f"beta={beta}"]
+    ends = ", ".join(f"{float(tip[axis]) * 1e-3!r}" for tip in tips for axis in ("x_tip[mm]", "y_tip[mm]"))
+    text = f"""&run plane = 'strain'  end_time = 1.0 /
+&material name = 'a'  young = 3e9  poisson = 0.4  density = 1200.0 /
+&body material = 'a'  lower = -20e-3, -40e-3  upper = 20e-3, 40e-3 /
+&load kind = 'traction'  lower = -20e-3, 40e-3  upper = 20e-3, 40e-3  force = 0.0, 40e3 /
+&load kind = 'traction'  lower = -20e-3, -40e-3  upper = 20e-3, -40e-3  force = 0.0, -40e3 /
+&constraint lower = -20e-3, 0.0  upper = -20e-3, 0.0  fix = 'xy' /
+&constraint lower = 20e-3, 0.0  upper = 20e-3, 0.0  fix = 'y' /
+&crack kind = 'path'  points = {ends} /
+&method time = 'static' /
+&accuracy quantity = 'K_I'  error = {error} /
+&accuracy quantity = 'K_II'  error = {error if beta != '0' else 0.999} /
+&output file = 'out.h5' /
+"""
+    if beta == "0":
+        text = text.replace(f"&accuracy quantity = 'K_II'  error = {0.999} /\n", "")
+    row = run(hampm, text)
+    for tip, ending in zip(tips, ("", "_tip2"), strict=True):
+        for mode in ("K_I", "K_II")[:1 if beta == "0" else 2]:
+            truth = float(tip[mode])
+            off, told = row[mode + ending][-1] / truth - 1, row[f"{mode}_error{ending}"][-1] / abs(truth)
+            print(f"{mode}{ending}: off {off:.4%}, told {told:.4%}")
+            assert abs(off) <= error
+
+
+def test_what_is_given_stays(hampm):
+    """A lattice that is given: only order and levels are chosen; levels that are given: only the lattice."""
+    given = run(hampm, beam(0.003, more="&grid cell = 2.5e-3  cells = 40, 4 /"))
+    assert abs(given["J"][-1] / G - 1) <= 0.003
+    assert given["finest_cell"][-1] <= 2.5e-3
+    text = run(hampm, beam(0.01, more="&refine indicator = 'none' /"))
+    assert abs(text["J"][-1] / G - 1) <= 0.01
+
+
+def test_explained(hampm):
+    """--explain prints the model with every chosen key and why; it runs to the same bytes, and leaves nothing to choose."""
+    run(hampm, beam(0.0003))
+    with h5py.File(hampm.folder / "out.h5") as file:
+        before = {name: column[:].tobytes() for name, column in file["history"].items()}
+    (hampm.folder / "asked.nml").write_text(beam(0.0003))
+    said = hampm("--explain", "asked.nml")
+    assert said.returncode == 0 and said.stdout.count("! chosen: ") >= 8
+    run(hampm, said.stdout)
+    with h5py.File(hampm.folder / "out.h5") as file:
+        after = {name: column[:].tobytes() for name, column in file["history"].items()}
+    assert before == after
+
+
+def test_the_choice_is_the_same_on_any_number_of_threads(hampm):
+    (hampm.folder / "asked.nml").write_text(beam(0.0003))
+    one, two = (hampm("--explain", "asked.nml", "--threads", n).stdout for n in (1, 2))
+    assert one == two != ""
+
+
+def test_checked(hampm):
+    """--check tells mesh, error, time, and what other errors cost; nothing is written."""
+    (hampm.folder / "asked.nml").write_text(beam(0.001))
+    said = hampm("--check", "asked.nml")
+    assert said.returncode == 0
+    for words in ("! accuracy ", "of the error asked", "a tenth of that error", "ten times that error"):
+        assert words in said.stdout, said.stdout
+    assert [path.name for path in hampm.folder.iterdir()] == ["asked.nml"]
+
+
+@pytest.mark.parametrize("model, code, words", [
+    (beam(0.01, quantity="K_III"), 2, "no such column with an estimated error; those that it has: "),
+    (beam(0.01, quantity="strain_energy"), 2, "no such column with an estimated error"),
+    (beam(1.5), 2, "error"),
+    (beam(1e-9, keys="must = .true."), 3, "cannot be reached"),
+    (beam(0.0001, keys="most_memory = 1e3"), 3, "most_memory"),
+    (beam(0.01).replace("quantity = 'J'", ""), 2, "quantity"),
+])
+def test_what_cannot_be(hampm, model, code, words):
+    said = run(hampm, model, code=code)
+    assert words in said
+    assert not (hampm.folder / "out.h5").exists()
+
+
+def test_an_error_that_is_not_reached(hampm):
+    """The best mesh of little work has its result, and the run ends with 3."""
+    said = run(hampm, beam(1e-9), code=3)
+    assert "not reached" in said
+    with h5py.File(hampm.folder / "out.h5") as file:
+        assert abs(file["history/J"][-1] / G - 1) < 1e-3
+
+
+def test_growth_at_rest(hampm):
+    """The load at which a beam grows: G is that of the converged beam times the square of the load."""
+    more = "&growth law = 'quasi_static'  toughness = 100.0  direction = 'straight'  increment = 1e-3 /"
+    row = run(hampm, beam(0.005, quantity="load_factor", keys="at = 'all'", more=more, method="time = 'static'  load_steps = 2"))
+    there = row["crack_length"] > 0.05 + 1e-9
+    beam_theory = G * (1 + (row["crack_length"][there] - 0.05) / (0.05 * np.sqrt(1.28737)))**2     # the arm is longer than the crack, as that of the converged G is
+    assert np.max(np.abs(row["load_factor"][there] / np.sqrt(100.0 / beam_theory) - 1)) <= 0.005
+
+
+def test_freund(hampm):
+    """A wave that meets a crack, in motion: K(t) of Freund's solution of a step, summed over the rise of the wave, within the error in all rows."""
+    text = (INPUT / "freund_static.nml").read_text()
+    for name in ("grid", "method", "energy_release"):
+        before, _, rest = text.partition(f"&{name}\n")
+        text = before + rest.partition("\n/\n")[2]
+    before, _, rest = text.partition("&load                     ! held")
+    text = before + rest.partition("\n/\n")[2]
+    row = run(hampm, text + "&accuracy quantity = 'K_I'  error = 0.05  at = 'all' /\n", "output.file=out.h5")
+    young, nu, rho, height, rise = 199.992e9, 0.3, 5000.0, 10e-3, 0.7e-6
+    speed = np.sqrt(young * (1 - nu) / ((1 + nu) * (1 - 2 * nu) * rho))
+    x = np.linspace(0, 1, 2001)
+    parts, middle = np.diff(x**3 * (10 - 15 * x + 6 * x**2)), (x[1:] + x[:-1]) / 2
+    step = 2e6 / (1 - nu) * np.sqrt(speed * (1 - 2 * nu) / np.pi)
+    truth = step * np.sqrt(np.clip(row["time"][:, None] - height / speed - middle * rise, 0, None)) @ parts
+    off = np.max(np.abs(row["K_I"] - truth)) / truth.max()
+    print(f"off by {off:.2%} of the largest K, cells of {row['finest_cell'][-1]:.3g} m")
+    assert off <= 0.05
+
+
+@pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
+@pytest.mark.parametrize("error", [0.03, 0.01])
+def test_a_penny_in_a_cube(tmp_path, error):
+    """G along the front of a solid: finite elements of degree 4 give K of 1.0590 times that of an endless body."""
+    (tmp_path / "case.nml").write_text(f"""&run end_time = 1.0 /
+&material name = 'a'  young = 1.0  poisson = 0.3  density = 1.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 2.5, 2.5, 2.5 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.0, 2.5, 2.5  fix = 'x' /
+&constraint lower = 0.0, 0.0, 0.0  upper = 2.5, 0.0, 2.5  fix = 'y' /
+&constraint lower = 0.0, 0.0, 0.0  upper = 2.5, 2.5, 0.0  fix = 'z' /
+&load kind = 'traction'  lower = 0.0, 0.0, 2.5  upper = 2.5, 2.5, 2.5  force = 0.0, 0.0, 0.00625 /
+&crack kind = 'symmetry'  normal = 'z'  front = 'disc'  center = 0.0, 0.0, 0.0  radii = 1.0 /
+&method time = 'static' /
+&accuracy quantity = 'G_mean'  error = {error} /
+&output file = 'case.h5' /
+""")
+    said = subprocess.run([SOLID_PROGRAM, "--quiet", "case.nml"], cwd=tmp_path, capture_output=True, text=True)
+    assert said.returncode == 0, said.stderr
+    with h5py.File(tmp_path / "case.h5") as file:
+        g, told = file["history/G_mean"][-1], file["history/G_mean_error"][-1]
+    truth = (1.0590 * 2 * 1e-3 / np.sqrt(np.pi))**2 * (1 - 0.3**2)
+    print(f"off {g / truth - 1:.3%}, told {told / g:.3%}")
+    assert abs(g / truth - 1) <= error
