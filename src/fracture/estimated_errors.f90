@@ -84,20 +84,18 @@ module hampm_estimated_errors
 
 contains
 
-   !> Relative errors of columns that are `value` in the static solution against the estimate `best`, up to its part `correction`. A
-   !> nearly absent mode, in `best` or as a value, has the relative error of the other. For values as good as the basis of `best`,
-   !> itself extrapolated along the crack, each may lack all of the correction.
-   pure function relative_errors(value, best, correction, are_exact, least) result(relative)
-      real(dp), intent(in) :: value(:), best(:)  !! by mode, in the unit of the column; only their sizes count
-      real(dp), intent(in) :: correction(:)      !! relative correction of `best` in the estimate [-]
-      logical, intent(in) :: are_exact           !! whether values are exact up to the correction, as of quadratic cells
+   !> Relative errors of columns that are `value` in the static solution in which the energy tells `own`, which may lack its part
+   !> `deficit`. Both are of the same cells: what they differ by is an error beside that, whatever its sign. A nearly absent mode,
+   !> in `own` or as a value, has the relative error of the other.
+   pure function relative_errors(value, own, deficit, least) result(relative)
+      real(dp), intent(in) :: value(:), own(:)   !! by mode, in the unit of the column; only their sizes count
+      real(dp), intent(in) :: deficit(:)         !! of `own` [-]
       real(dp), intent(in) :: least              !! least ratio of a present mode to the other [-]
       real(dp) :: relative(size(value))          !! [-]
       logical :: there(size(value))
-      there = abs(best) > least*maxval(abs(best)) .and. abs(value) > least*maxval(abs(value))
+      there = abs(own) > least*maxval(abs(own)) .and. abs(value) > least*maxval(abs(value))
       relative = 0
-      where (there) relative = abs(abs(best/value) - 1) + uncertainty*correction*abs(best/value)
-      if (are_exact) relative = merge(max(relative, (1 + uncertainty)*correction), relative, there)
+      where (there) relative = abs(abs(own/value) - 1) + deficit*abs(own/value)
       where (.not. there) relative = maxval(relative)
    end function relative_errors
 

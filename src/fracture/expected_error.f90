@@ -84,31 +84,32 @@ module hampm_expected_error
       real(dp) :: g(modes) = 0                   !! energy release rate of the cells [J/m2]
       real(dp) :: by_tip(modes) = 0              !! deficit by the shortness of their crack [J/m2]
       real(dp) :: by_cells(modes) = 0            !! deficit by the cells away from the tip [J/m2]
+      real(dp) :: shortness(modes) = 0           !! [cells]
    contains
-      procedure :: best
-      procedure :: correction
+      procedure :: deficit
       procedure :: part_of_tip
    end type static_crack_t
 
 contains
 
-   !> Estimate of G, by mode [J/m2]. If the corrections would leave next to nothing of it, they are errors of its size.
-   pure function best(self)
+   !> Part that the G of the cells lacks, by mode; of a nearly absent mode that of both together [-]: the corrections, which may
+   !> cancel, and what is uncertain of each. They are of first order in the cell over the length in which G changes; the shortness
+   !> tells this ratio, and so their next term, which is of its square.
+   pure function deficit(self)
       class(static_crack_t), intent(in) :: self
-      real(dp) :: best(modes)
-      real(dp), parameter :: least = 0.1_dp      ! part of the found value
-      best = max(self%g + self%by_tip + self%by_cells, least*self%g, tiny(1.0_dp))
-   end function best
-
-   !> Relative correction, by mode; of a nearly absent mode that of both together [-].
-   pure function correction(self)
-      class(static_crack_t), intent(in) :: self
-      real(dp) :: correction(modes)
-      associate (corrected => abs(self%by_tip) + abs(self%by_cells), g => self%best())
-         correction = sum(corrected)/sum(g)
-         where (g > hardly**2*sum(g)) correction = corrected/g
+      real(dp) :: deficit(modes)
+      real(dp), parameter :: next_term = 0.6_dp  ! cells: 95 % of coarse cracks need 0.4
+      real(dp) :: both(modes)                    ! sizes of the corrections
+      associate (lacks => self%by_tip + self%by_cells, sizes => abs(self%by_tip) + abs(self%by_cells), g => self%g)
+         deficit = abs(sum(lacks))/max(sum(g), tiny(1.0_dp))
+         both = sum(sizes)/max(sum(g), tiny(1.0_dp))
+         where (g > hardly**2*sum(g))
+            deficit = abs(lacks)/g
+            both = sizes/g
+         end where
       end associate
-   end function correction
+      deficit = deficit + both*(uncertainty + next_term/self%shortness*both/(1 + both))
+   end function deficit
 
    !> Part of the corrections due to the tip [-].
    pure real(dp) function part_of_tip(self) result(part)
@@ -174,7 +175,8 @@ contains
       crack%known = pairs >= 2
       if (.not. crack%known) return
       to_g = merge(2.0_dp, 1.0_dp, tips(1)%is_half())/(thickness*tips(1)%nodes%spacing)
-      call condense_onto_faces(condensation, pairs, size(tips) - 1, to_g, shortness_of(m, tips(1)), tips(1)%has_layers, crack)
+      crack%shortness = shortness_of(m, tips(1))
+      call condense_onto_faces(condensation, pairs, size(tips) - 1, to_g, tips(1)%has_layers, crack)
       where (abs(crack%g) < hardly**2*sum(abs(crack%g))) crack%g = max(crack%g, 0.0_dp) ! rounding, of any sign
       ! Else its modes share rounding, or G changes too much from cell to cell for a parabola
       crack%known = all(crack%g >= 0) .and. sum(crack%g) > to_g*no_work*crack%energy
@@ -439,11 +441,10 @@ contains
    !> pairs they are lines. To this comes by how much closing a cell at another tip lowers d_1.
    !>
    !> Between two materials the share of either mode depends on the cell size and may be negative: both are taken as one.
-   subroutine condense_onto_faces(condensation, pairs, others, to_g, shortness, as_one, crack)
+   subroutine condense_onto_faces(condensation, pairs, others, to_g, as_one, crack)
       type(condensation_t), intent(in) :: condensation
       integer, intent(in) :: pairs, others       !! numbers of pairs behind the tip, and of other tips
       real(dp), intent(in) :: to_g               !! from work by cell to G [1/m2]
-      real(dp), intent(in) :: shortness(modes)   !! [cells]
       logical, intent(in) :: as_one              !! whether modes are
       type(static_crack_t), intent(inout) :: crack
       real(dp) :: force(size(condensation%parting)), work(modes, 0:pairs), d(most_pairs), l(most_pairs), apart(modes), both(modes)
@@ -459,7 +460,7 @@ contains
          if (any(d(:pairs) <= 0)) cycle
          if (pairs == 2) d(3) = d(2)**2/d(1)
          l = log(d/d(1))
-         associate (s => shortness(mode), bend => d(1) - 2*d(2) + d(3))
+         associate (s => crack%shortness(mode), bend => d(1) - 2*d(2) + d(3))
             g = [(11*d(1) - 7*d(2) + 2*d(3))/6, d(1)*exp((3*l(3) - 10*l(2))/8)*(1 - bend/(24*d(2)))]
             change = [s*(2*d(1) - 3*d(2) + d(3)) + s**2/2*bend, &
                       g(2)*(exp(s*(l(3) - 3*l(2)) + s**2/2*(l(3) - 2*l(2))) - 1)]
@@ -471,7 +472,7 @@ contains
          call condensation%close_pairs([k], force, apart)
          call condensation%close_pairs([1, k], force, both)
          associate (more => work(:, 1) + apart - both)
-            crack%by_tip = crack%by_tip + shortness*to_g*merge([sum(more), 0.0_dp], more, as_one)
+            crack%by_tip = crack%by_tip + crack%shortness*to_g*merge([sum(more), 0.0_dp], more, as_one)
          end associate
       end do
    end subroutine condense_onto_faces
