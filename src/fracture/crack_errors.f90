@@ -187,7 +187,7 @@ contains
    end subroutine estimate_some_by_shifts
 
    !> Estimate for a tip of a path: it acts near its place, so that J is of a longer or shorter crack, K of the fields around the
-   !> true place; nearby tips have place errors too. The error of the other cells is added.
+   !> true place; nearby tips have place errors too. Modes share the error in the disc. That of the other cells is added.
    !>
    !> The change of K for a tip that acts at d ahead of the assumed place is d dK/da less the change of K evaluated at d.
    subroutine estimate_by_shifts(problem, tips, number, static_tips, by_cells, p, values)
@@ -199,11 +199,10 @@ contains
       type(particles_t), intent(inout) :: p      !! displaced around the tip; from another one before, or none
       type(crack_values_t), intent(inout) :: values
       real(dp), parameter :: no_shift(ndim) = 0
-      real(dp), parameter :: narrow = 6          ! cells, discs in which those that change their shape are too few to tell
       integer, parameter :: most_others = 4      ! that are counted: what others change falls with the square of their distance
       real(dp) :: k(modes), k_there(modes), k_here(modes), j, j_there, j_here
       real(dp) :: of_k(modes), of_j, far(modes), far_of_j
-      real(dp) :: off_of_j(modes), off_of_k(modes)
+      real(dp) :: off_of_j(modes), off_of_k(modes), in_disc
       real(dp) :: distance(size(tips)), nearest(0:most_others) ! of those that are counted, the least first
       logical :: has_moved(size(static_tips%moved, 3))
       type(crack_values_t) :: found(2)           ! with the tip sought at its own place, and beside it
@@ -230,9 +229,8 @@ contains
             if (distance(t) > nearest(most_others)) cycle
             if (t /= number .and. has_moved(static_tips%group(t))) cycle
             has_moved(static_tips%group(t)) = .true.
-            call place_of_tip(problem, tips(t), off_of_j, off_of_k)
-            off_of_j = off_of_j*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii))) ! few cells
-            off_of_k = off_of_k*sqrt(max(1.0_dp, narrow*tips(t)%nodes%spacing/maxval(tips(t)%radii)))
+            call place_of_tip(problem, tips(t), off_of_j, off_of_k, in_disc)
+            if (t == number) of_k = hypot(of_k, in_disc*norm(k))
             call find(static_tips%group(t), h, no_shift, k_there, j_there)
             call find(static_tips%group(t), -h, no_shift, k_here, j_here)
             of_j = of_j + sum(off_of_j*k**2)/max(sum(k**2), tiny(j))*abs(j_there - j_here)/2
@@ -254,7 +252,7 @@ contains
       associate (errors => values%errors)
          errors%of_tip = of_j/(of_j + far_of_j + tiny(1.0_dp))
          errors%j%relative = (of_j + far_of_j)/abs(j)
-         errors%intensity%relative = (maxval(of_k) + maxval(abs(far)))/norm(k)
+         errors%intensity%relative = (of_k + maxval(abs(far)))/norm(k)
          if (tips(number)%phase_length > 0) & ! along which the tip is: it is astray ahead and behind alone
             errors%intensity%relative = (of_k + turn_of(field(1))*norm(of_k))/norm(k) &
                                         + norm(far)/norm(k)*(turn_of(field(1)) + abs(k)/norm(k))

@@ -79,6 +79,9 @@ module hampm_expected_error
    !> (docs/explanation/energy_release_rate.md); for quadratic cells half of it.
    real(dp), parameter :: astray_of_j = 0.19_dp, astray_of_k = 0.12_dp
 
+   !> Error of K by the fields beside the singular one, over the square of cells over the radius of a disc.
+   real(dp), parameter :: astray_in_disc = 0.1_dp
+
    !> And a crack in it.
    type, extends(static_model_t) :: static_crack_t
       real(dp) :: g(modes) = 0                   !! energy release rate of the cells [J/m2]
@@ -373,21 +376,30 @@ contains
    end function shortness_of
 
    !> Place error of a tip, by mode [cells]: at a node behind it, the uncertain part of the shortness; inside a cell anywhere within
-   !> this distance.
-   pure subroutine place_of_tip(m, tip, of_j, of_k)
+   !> this distance, more in few cells. And the part of the size of both K by which each is off, as cells know the fields beside the
+   !> singular one to the second order.
+   pure subroutine place_of_tip(m, tip, of_j, of_k, in_disc)
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(out) :: of_j(modes), of_k(modes) !! as J and as K tell
+      real(dp), intent(out) :: in_disc           !! [-]
+      real(dp), parameter :: narrow = 6          ! cells, discs in which those that change their shape are too few to tell
       type(tip_field_t) :: field(2)
       real(dp) :: cells
       of_j = (1 + uncertainty)*shortness_of(m, tip)
       of_k = of_j
-      if (.not. tip%nodes%in_cell) return
-      field = fields_at(m%materials, tip)
       cells = merge(0.5_dp, 1.0_dp, m%grid%is_quadratic())
+      field = fields_at(m%materials, tip)
       if (.not. field(1)%is_at_interface) cells = cells*max(1.0_dp, field(1)%narrowing()) ! to which cells are as much wider
-      of_j = cells*astray_of_j
-      of_k = cells*astray_of_k
+      if (tip%nodes%in_cell) then
+         of_j = cells*astray_of_j
+         of_k = cells*astray_of_k
+      end if
+      associate (few => sqrt(max(1.0_dp, narrow*tip%nodes%spacing/maxval(tip%radii))))
+         of_j = of_j*few
+         of_k = of_k*few
+      end associate
+      in_disc = astray_in_disc*(cells*tip%nodes%spacing/disc_of_shifts(tip))**2
    end subroutine place_of_tip
 
    !> Relative deficit of G by locking: nearly incompressible bilinear cells resist volume changes that their functions cannot
