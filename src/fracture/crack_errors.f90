@@ -7,7 +7,8 @@ module hampm_crack_errors
    use hampm_cracks, only: cracks_t, first_point
    use hampm_estimated_errors, only: relative_errors, hardly, uncertainty
    use hampm_expected_error, only: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, &
-                                   find_static_tips, error_by_lengths, place_of_tip, lost_by_locking, disc_of_shifts
+                                   find_static_tips, error_by_lengths, place_of_tip, lost_by_locking, disc_of_shifts, no_work, &
+                                   weight_moved
    use hampm_failure, only: failure_t
    use hampm_mass_solver, only: mass_solver_t
    use hampm_problem, only: problem_t
@@ -71,6 +72,9 @@ contains
             end do
          end if
       end associate
+      do k = 1, size(values)
+         if (tells_nothing(values(k), present(time))) call estimate_by_lengths(problem, cracks, k, values(k))
+      end do
       if (.not. model%known) return
       lost = lost_by_locking(problem, model%u, model%energy)
       do k = 1, size(values)
@@ -83,6 +87,21 @@ contains
       type(tip_field_t), intent(in) :: field
       turn_of = max(0.1_dp, 2*abs(field%oscillation))
    end function turn_of
+
+   !> Whether a static solution tells nothing of the errors of a tip: it does not load it, or in motion, where waves may load it, so
+   !> little that the errors of J, or without it of all estimators, are as large as their values.
+   pure logical function tells_nothing(values, at_equilibrium)
+      type(crack_values_t), intent(in) :: values
+      logical, intent(in) :: at_equilibrium
+      real(dp) :: relative
+      integer :: k
+      relative = huge(relative)
+      do k = 1, size(values%estimates)
+         relative = min(relative, maxval(values%estimates(k)%error%relative))
+      end do
+      if (allocated(values%j)) relative = values%errors%j%relative
+      tells_nothing = .not. (relative > 0 .and. (relative < 1 .or. at_equilibrium))
+   end function tells_nothing
 
    !> Add a part of G to the estimated errors of all that tells of it.
    pure subroutine add_to_all(values, lost)
@@ -112,6 +131,7 @@ contains
          if (.not. tip%is_half()) from = crack%points(:, merge(size(crack%points, 2), 1, tip%end == first_point)) ! its other end
       end associate
       associate (errors => values%errors, relative => error_by_lengths(problem, cracks%tips(number), from))
+         errors%of_tip = 1
          errors%domain%relative = relative
          errors%j%relative = relative
          errors%intensity%relative = relative/2
@@ -208,6 +228,9 @@ contains
       type(crack_values_t) :: found(2)           ! with the tip sought at its own place, and beside it
       type(tip_field_t) :: field(2)
       integer, allocatable :: near(:)            ! particles whose displacement counts
+      real(dp) :: rotation(ndim, ndim)           ! mean of the particles near by
+      real(dp), allocatable :: q(:, :)           ! way of the nodes over that of a tip that moves [-]
+      integer, allocatable :: leaves(:)
       integer :: t, d
       allocate (found(1)%j(1), found(2)%j(1))
       of_k = 0
@@ -215,6 +238,8 @@ contains
       associate (h => tips(number)%nodes%spacing)
          near = particles_in(tips(number)%now, disc_of_shifts(tips(number)) + h/2, problem%grid, problem%blocks)
          call find(1, 0.0_dp, no_shift, k, j)
+         rotation = sum(p%gradient(near, :, :), dim=1)/size(near)
+         rotation = (rotation - transpose(rotation))/2
          nearest = huge(nearest)
          do d = 1, size(tips)
             distance(d) = norm(tips(d)%place - tips(number)%place)
@@ -230,9 +255,10 @@ contains
             if (t /= number .and. has_moved(static_tips%group(t))) cycle
             has_moved(static_tips%group(t)) = .true.
             call place_of_tip(problem, tips(t), off_of_j, off_of_k, in_disc)
-            if (t == number) of_k = hypot(of_k, in_disc*norm(k))
-            call find(static_tips%group(t), h, no_shift, k_there, j_there)
-            call find(static_tips%group(t), -h, no_shift, k_here, j_here)
+            if (t == number .and. .not. tips(t)%phase_length > 0) of_k = hypot(of_k, in_disc*norm(k))
+            call weight_moved(problem, tips(t), q, leaves)
+            call find(static_tips%group(t), h, no_shift, k_there, j_there, tips(t)%direction)
+            call find(static_tips%group(t), -h, no_shift, k_here, j_here, tips(t)%direction)
             of_j = of_j + sum(off_of_j*k**2)/max(sum(k**2), tiny(j))*abs(j_there - j_here)/2
             k_there = k_there - k_here
             if (t == number .and. tips(t)%nodes%in_cell) then
@@ -244,7 +270,8 @@ contains
             of_k = hypot(of_k, off_of_k*abs(k_there)/2) ! places are independent
          end do
       end associate
-      if (.not. (abs(j) > 0 .and. norm(k) > 0)) return
+      if (.not. (abs(j)*problem%particles%thickness%at(tips(number)%now)*tips(number)%nodes%spacing > no_work*static_tips%energy &
+                 .and. norm(k) > 0)) return
       far = by_cells
       if (tips(number)%is_half()) far(2) = 0
       field = fields_at(problem%materials, tips(number))
@@ -264,17 +291,29 @@ contains
    contains
 
       !> K and J of the static displacement with the tips of a group moved, evaluated for a tip beside its own place.
-      subroutine find(group, way, shift, k, j)
+      !> Where cells change their shape as they move by v = way q e, a rotation of all must not strain them: its part of H grad v is
+      !> left out.
+      subroutine find(group, way, shift, k, j, direction)
          integer, intent(in) :: group
          real(dp), intent(in) :: way             !! of its tips [m]
          real(dp), intent(in) :: shift(ndim)     !! [m]
          real(dp), intent(out) :: k(modes)       !! [Pa sqrt(m)]
          real(dp), intent(out) :: j              !! [J/m2]
+         real(dp), intent(in), optional :: direction(ndim) !! e
          type(crack_tip_t) :: tip
+         integer :: n
          tip = tips(number)
          tip%may_close = .false.
          tip%radii = [disc_of_shifts(tip)]
          call displace(problem, static_tips%u, p, near, static_tips%moved(:, :, group), way)
+         if (present(direction)) then
+            do n = 1, size(near)
+               associate (at => problem%grid%support_of(p%cell(near(n))))
+                  p%gradient(near(n), :, :) = p%gradient(near(n), :, :) - way*spread(matmul(rotation, direction), 2, ndim) &
+                                              *spread(matmul(q(1, at), problem%gradients_of(near(n))), 1, ndim)
+               end associate
+            end do
+         end if
          associate (values => found(merge(2, 1, any(abs(shift) > 0))))
             call measure_domain(problem, static_tips%scale*static_tips%factors, tip, p, &
                                 nodal_state_t(divergence=static_tips%divergence), values, shift)
