@@ -249,6 +249,7 @@ contains
       type(matter_t), intent(in) :: m
       logical, intent(in) :: is_explicit
       real(dp), intent(out) :: released(:)       !! [J], (cracks)
+      real(dp), parameter :: most = 1 - epsilon(1.0_dp) ! of a force: `late_release` knows it by the rest
       real(dp) :: area, middle(2), x(2)
       integer :: k, level
       released = 0
@@ -266,7 +267,7 @@ contains
                call cut%unbonded(level)%uncracked(max(x - point%length/2, cut%in_plane(cut%lower)), &
                                                   min(x + point%length/2, cut%in_plane(cut%upper)), area, middle)
             end associate
-            point%released = 1 - min(area/point%area, 1.0_dp)
+            point%released = min(1 - min(area/point%area, 1.0_dp), most)
             released(point%plane) = released(point%plane) + mean_energy(point, point%before, point%opening)
             point%stiffness = point%stiffness*(1 - point%released)
             point%initial_force = point%initial_force*(1 - point%released)
@@ -284,7 +285,7 @@ contains
       energy = 0
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%plane == 0 .or. .not. point%released > 0 .or. .not. point%released < 1) cycle
+            if (point%plane == 0 .or. .not. point%released > 0) cycle
             energy(point%plane) = energy(point%plane) + (mean_energy(point, point%before, point%opening) &
                                   - mean_energy(point, point%before, point%before))/(1 - point%released)
          end associate
