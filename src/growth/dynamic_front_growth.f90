@@ -103,6 +103,7 @@ contains
          of = pack([(j, j=1, size(growing%points))], growing%points%crack == k)
          if (.not. any([(growing%is_growing(of(j)), j=1, size(of))])) then
             growing%points(of)%speed = 0
+            if (goes_on(m, cracks, k, step)) have_moved = .true.
             cycle
          end if
          call find_advances(growing, model, cracks, k, time, step, advances)
@@ -135,6 +136,21 @@ contains
       call book_release(growing, m, released)
       if (open_more(m%grid%planes, m%grid%forest)) growing%must_cut = .true.
    end subroutine move_fronts
+
+   !> Whether what a crack whose fronts have run through has left behind them still holds: it is released at the speed of Rayleigh
+   !> waves, as that of tips.
+   logical function goes_on(m, cracks, number, step)
+      type(problem_t), intent(inout) :: m
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: number              !! of the crack
+      real(dp), intent(in) :: step               !! [s]
+      integer :: ends(3)
+      ends = ends_of(cracks, number)
+      goes_on = m%grid%planes(number)%moves .and. ends(1) == 0
+      if (goes_on) goes_on = any(m%interfaces%list(:m%interfaces%n)%plane == number .and. &
+                                 m%interfaces%list(:m%interfaces%n)%fraction_left > 0)
+      if (goes_on) m%grid%planes(number)%beyond = m%grid%planes(number)%beyond + rayleigh_speed(m%materials(1))*step
+   end function goes_on
 
    !> After an implicit step: release what fronts release in it beyond the value at its start.
    subroutine release_late(growing, model, m)

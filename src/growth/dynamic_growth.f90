@@ -16,12 +16,11 @@ module hampm_dynamic_growth
    use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_for, is_free, why_no_room, find_end, &
                                plan_end, end_tips, &
                                   shrink_domains
-   use hampm_interface_placement, only: release_length
    use hampm_kinks, only: kink_t, hoop_intensity, is_opened
    use hampm_crack_groups, only: growth_t
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
-   use hampm_moving_tip, only: rayleigh_speed
+   use hampm_moving_tip, only: rayleigh_speed, lead_of_release, release_length
    use hampm_model, only: model_t
    use hampm_tensors, only: norm, in_plane
    use hampm_text, only: three_digits
@@ -411,17 +410,10 @@ contains
       end associate
    end subroutine try_advance
 
-   !> How far the release of bonded points is ahead of a tip of law = toughness [m]. A point with a part f of its force has taken
-   !> 1 - f**2 of what it takes. All of them have taken the way w of the tip if the first one keeps 1 - y, with y**2 - y**3/3 = w/l
-   !> for a length l in which forces fall: y = 1 at two thirds of that, and later points have a lead of one third.
+   !> How far the release of bonded points is ahead of a tip of law = toughness [m].
    pure real(dp) function lead_of(tip)
       type(crack_tip_t), intent(in) :: tip
-      real(dp), parameter :: turn = 2*acos(-1.0_dp)
-      associate (length => release_length*tip%nodes%spacing)
-         lead_of = length/3
-         if (tip%grown < length - lead_of) &
-            lead_of = length*(1 + 2*cos((turn - acos(1 - 1.5_dp*tip%grown/length))/3)) - tip%grown
-      end associate
+      lead_of = lead_of_release(tip%grown, release_length*tip%nodes%spacing)
    end function lead_of
 
    !> Whether a tip is so near to the end of its crack that it advances to it at any G: no radius of a domain integral fits.

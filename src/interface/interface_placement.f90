@@ -20,7 +20,7 @@ module hampm_interface_placement
    use hampm_tensors, only: norm, quarter_turn
    implicit none
    private
-   public :: openings_t, rebuild_interfaces, find_openings, release_length
+   public :: openings_t, rebuild_interfaces, find_openings
 
    integer, parameter :: points = 4              !! points of Gauss in a layer
    real(dp), parameter :: outer = 0.8611363115940526_dp, inner = 0.3399810435848563_dp
@@ -40,9 +40,6 @@ module hampm_interface_placement
    real(dp), parameter :: same = 1e-9_dp         !! distance within which places are the same [cells]
    real(dp), parameter :: least_part = 1e-6_dp   !! of a leaf, that a layer has at least
    real(dp), parameter :: parallel = 1e-3_dp     !! less of a direction along an axis is along a grid line of the other one
-
-   !> Advance of a tip, in cells, in which the force of a bonded point behind it falls to 0 (`hampm_nodal_release`).
-   real(dp), parameter :: release_length = 2
 
    !> Places at which the openings of a line are sampled. In the total frame they stay while the mesh does.
    type :: openings_t

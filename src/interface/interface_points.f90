@@ -50,9 +50,7 @@ contains
    !> Whether the faces at an interface point still pull on each other, by cohesion or as bonded points.
    pure logical function pulls(point)
       type(interface_point_t), intent(in) :: point
-      real(dp), parameter :: rounding = 1e-9_dp
-      pulls = holds(point) .or. any(point%law == [bonded, releasing]) .and. point%fraction_left > 0 .and. &
-              (point%plane == 0 .or. point%area > rounding*point%length**2) ! a front leaves nothing bonded behind
+      pulls = holds(point) .or. any(point%law == [bonded, releasing]) .and. point%fraction_left > 0
    end function pulls
 
    !> Whether a bonded point that has begun to fail still pulls, and its faces do not press on each other.

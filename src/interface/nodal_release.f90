@@ -10,7 +10,7 @@ module hampm_nodal_release
    use hampm_tensors, only: norm
    use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, releasing, along, force_of, energy_of, pulls, &
                                      is_softening
-   use hampm_interface_placement, only: release_length
+   use hampm_moving_tip, only: release_length
    implicit none
    private
    public :: fail_behind, scale_failing, work_of_release, holds_on

@@ -4,17 +4,17 @@
 !> nodes has a point, for the integral of its function: fewer would leave nodes free, more would be redundant. Where nodes of cut
 !> cells hang on others, functions of both sides differ, and each part has a point in its middle.
 !>
-!> Where fronts move on one mesh each point is in the middle of its part, with the stiffness of the bonded area. Open nodes near the
-!> front have points without stiffness, whose openings start the points of new parts when cells are cut anew. A node that becomes
-!> open transfers its force to its point, which releases it with the bonded area of the square around it, up to the next nodes
-!> (Malluck & King, Fast fracture simulated by conventional finite elements: a comparison of two energy-release algorithms, 1980).
+!> Where fronts move on one mesh each point is in the middle of its part, with the stiffness of the area bonded at first. A node
+!> that becomes open transfers its force to a point of its own, without stiffness. A front releases both as a tip does (`held_part`
+!> of `hampm_plane_cuts`): a spring becomes a force, which falls while the front advances by two cells, a node with all parts of its
+!> faces. Faster release emits waves, which take from the energy of fast fronts.
 module hampm_plane_points
    use hampm_kinds, only: dp, ndim, long
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, place_point
    use hampm_forest, only: level_width
    use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, add_interface_point, find_points, &
-                                     along_faces, is_half
+                                     along_faces, is_half, force_of
    use hampm_matter, only: matter_t
    use hampm_nearby, only: nearby_t
    use hampm_plane_cuts, only: plane_cut_t, has_face_in
@@ -68,8 +68,11 @@ contains
                      call cut%unbonded(forest%level_of(list(f)%leaf))%uncracked(from, from + part, area, middle)
                      if (cut%moves) middle = from + part/2
                      n = interfaces%n
+                     if (cut%moves .and. old%n > 0) then ! else it has been released
+                        if (cut%way_to(forest%level_of(list(f)%leaf), cut%in_space(middle)) > 0) area = product(part)
+                     end if
                      if (area > 0) call add_point(interfaces, m, k, bonded, list(f)%side, middle, middle, area)
-                     if (interfaces%n > n .and. cut%moves) call place_part(interfaces, m, k, part(1), at_node)
+                     if (interfaces%n > n .and. cut%moves) call place_part(interfaces, m, k, part(1), at_node, old, near)
                      if (cut%contact .and. m%grid%aggregated_nodes%are_there()) &
                         call add_point(interfaces, m, k, contact, list(f)%side, from + part/2, from + part/2, product(part))
                   end do
@@ -147,16 +150,26 @@ contains
       end associate
    end subroutine add_contact
 
-   !> Let the last point follow the front of a crack over its square, from the opening of its nodes.
-   pure subroutine place_part(interfaces, m, number, edge, at_node)
+   !> Let the last point be released by the front of a crack, from what it was on the mesh before or the opening of its nodes; take
+   !> it away if the front has released it.
+   pure subroutine place_part(interfaces, m, number, edge, at_node, old, near)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       integer, intent(in) :: number              !! of the crack
-      real(dp), intent(in) :: edge               !! of the square [m]
+      real(dp), intent(in) :: edge               !! of the part [m]
       integer, intent(in) :: at_node(:)          !! points of open nodes
+      type(interfaces_t), intent(in) :: old      !! points on the mesh before
+      type(nearby_t), intent(inout) :: near      !! table of these
+      logical :: is_there
       integer :: k
       associate (point => interfaces%list(interfaces%n), cut => m%grid%planes(number))
-         call follow_front(point, number, edge)
+         call follow_front(point, m, number, parts*edge, edge)
+         call take_state(point, old, near, is_there)
+         if (is_there) return
+         if (old%n > 0 .and. held_part_at(point, m) < 1) then
+            interfaces%n = interfaces%n - 1
+            return
+         end if
          associate (node => point%jump%node(:merge(point%n_left, count(point%jump%node > 0), point%n_left > 0)))
             if (any([(at_node(node(k)) == 0 .and. cut%opens_at(m%grid%forest, m%grid%node_position(:, node(k))), &
                       k=1, size(node))])) return
@@ -175,16 +188,65 @@ contains
       end associate
    end subroutine place_part
 
-   !> Let a point follow the front of a crack over a square, with its opening as before the last step.
-   pure subroutine follow_front(point, number, edge)
+   !> Let a point be released by the front of a crack, with its opening as before the last step.
+   pure subroutine follow_front(point, m, number, cell, length)
       type(interface_point_t), intent(inout) :: point
+      type(matter_t), intent(in) :: m
       integer, intent(in) :: number              !! of the crack
-      real(dp), intent(in) :: edge               !! of the square [m]
+      real(dp), intent(in) :: cell, length       !! of the face, and of what the point stands for: two faces at a node [m]
       point%plane = number
-      point%length = edge
+      point%cell = cell
+      point%length = length
+      point%way = m%grid%planes(number)%way_to(level_of_cell(point, m), point%origin)
       point%before = point%opening
       point%effective_opening = point%opening
    end subroutine follow_front
+
+   !> Level of the cell beside a point of a front that moves.
+   pure integer function level_of_cell(point, m) result(level)
+      type(interface_point_t), intent(in) :: point
+      type(matter_t), intent(in) :: m
+      level = nint(log(m%grid%forest%cell/point%cell)/log(2.0_dp))
+   end function level_of_cell
+
+   !> Part of the force of a point that the front of its crack leaves now.
+   pure real(dp) function held_part_at(point, m)
+      type(interface_point_t), intent(in) :: point
+      type(matter_t), intent(in) :: m
+      held_part_at = m%grid%planes(point%plane)%held_part(level_of_cell(point, m), point%cell, point%origin, point%way, &
+                                                          is_of_node(point))
+   end function held_part_at
+
+   !> Whether a point of a front that moves is at a node.
+   pure logical function is_of_node(point)
+      type(interface_point_t), intent(in) :: point
+      is_of_node = point%length > point%cell
+   end function is_of_node
+
+   !> Give a point of a front that moves the state that it had on the mesh before.
+   pure subroutine take_state(point, old, near, is_there)
+      type(interface_point_t), intent(inout) :: point
+      type(interfaces_t), intent(in) :: old
+      type(nearby_t), intent(inout) :: near
+      logical, intent(out) :: is_there           !! whether it was on that
+      real(dp), parameter :: same = 1e-6_dp      ! cells
+      integer, allocatable :: found(:)
+      integer :: k
+      is_there = .false.
+      if (old%n == 0) return
+      call find_points(old, near, point%origin, 0.0_dp, found)
+      do k = 1, size(found)
+         associate (before => old%list(found(k)))
+            if (before%plane /= point%plane .or. abs(before%length - point%length) > same*point%cell) cycle
+            if (norm(before%origin - point%origin) > same*point%cell) cycle
+            is_there = .true.
+            point%face_state_t = before%face_state_t
+            point%stiffness = before%stiffness
+            point%area = before%area
+            point%released = 0                   ! in the step to come
+         end associate
+      end do
+   end subroutine take_state
 
    !> Add the points of open nodes around which something is bonded.
    pure subroutine add_points_of_nodes(interfaces, m, number, list, old, near, at_node)
@@ -195,10 +257,9 @@ contains
       type(interfaces_t), intent(in) :: old
       type(nearby_t), intent(inout) :: near      !! table of these
       integer, allocatable, intent(out) :: at_node(:)
-      real(dp), parameter :: same = 1e-6_dp      ! cells
-      real(dp) :: edge, area, middle(2), x(2)
-      integer, allocatable :: found(:)
-      integer :: f, i, j, k, n
+      real(dp) :: edge, x(2)
+      logical :: is_there
+      integer :: f, i, j, n
       allocate (at_node(m%grid%n_points), source=0)
       associate (cut => m%grid%planes(number), forest => m%grid%forest)
          do f = 1, size(list)
@@ -207,33 +268,28 @@ contains
                do i = 0, 1
                   x = list(f)%low + [i, j]*edge
                   if (.not. cut%opens_at(forest, cut%in_space(x))) cycle
-                  call cut%unbonded(forest%level_of(list(f)%leaf))%uncracked(max(x - edge, cut%in_plane(cut%lower)), &
-                                                                             min(x + edge, cut%in_plane(cut%upper)), area, middle)
-                  if (.not. area > 0) cycle
                   n = interfaces%n
-                  call add_point(interfaces, m, number, bonded, list(f)%side, x, (list(f)%low + list(f)%high)/2, area)
+                  call add_point(interfaces, m, number, bonded, list(f)%side, x, (list(f)%low + list(f)%high)/2, (2*edge)**2)
                   if (interfaces%n == n) cycle
                   associate (point => interfaces%list(interfaces%n))
                      if (count(point%jump%node > 0) /= merge(1, faces, cut%is_symmetry) .or. at_node(point%jump%node(1)) > 0) then
                         interfaces%n = n         ! at a hanging node, or there already
                         cycle
                      end if
+                     call follow_front(point, m, number, edge, 2*edge)
+                     if (.not. held_part_at(point, m) > 0) then
+                        interfaces%n = n
+                        cycle
+                     end if
                      at_node(point%jump%node(1)) = interfaces%n
                      point%stiffness = 0
-                     point%is_new = old%n > 0
-                     if (old%n > 0) point%opening = 0
-                     call follow_front(point, number, 2*edge)
-                     call find_points(old, near, point%origin, 0.0_dp, found)
-                     do k = 1, size(found)
-                        associate (before => old%list(found(k)))
-                           if (before%plane /= number .or. before%stiffness > 0) cycle
-                           if (norm(before%origin - point%origin) > same*edge) cycle
-                           point%is_new = .false.
-                           point%face_state_t = before%face_state_t
-                           point%area = before%area
-                           point%released = 0    ! in the step to come
-                        end associate
-                     end do
+                     call take_state(point, old, near, is_there)
+                     point%is_new = old%n > 0 .and. .not. is_there
+                     if (.not. point%is_new) cycle
+                     point%opening = 0
+                     point%before = 0
+                     point%effective_opening = 0
+                     point%fraction_left = held_part_at(point, m)
                   end associate
                end do
             end do
@@ -250,31 +306,39 @@ contains
       logical, intent(in) :: is_explicit
       real(dp), intent(out) :: released(:)       !! [J], (cracks)
       real(dp), parameter :: most = 1 - epsilon(1.0_dp) ! of a force: `late_release` knows it by the rest
-      real(dp) :: area, middle(2), x(2)
-      integer :: k, level
+      real(dp) :: held
+      integer :: k
       released = 0
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
             if (point%plane == 0) cycle
             if (.not. is_explicit) point%before = point%opening
-            if (.not. point%area > 0) then
-               point%released = 0
-               cycle
-            end if
-            associate (cut => m%grid%planes(point%plane))
-               x = cut%in_plane(point%origin)
-               level = nint(log(m%grid%forest%cell/(point%length*merge(2.0_dp, 0.5_dp, point%stiffness > 0)))/log(2.0_dp))
-               call cut%unbonded(level)%uncracked(max(x - point%length/2, cut%in_plane(cut%lower)), &
-                                                  min(x + point%length/2, cut%in_plane(cut%upper)), area, middle)
-            end associate
-            point%released = min(1 - min(area/point%area, 1.0_dp), most)
-            released(point%plane) = released(point%plane) + mean_energy(point, point%before, point%opening)
-            point%stiffness = point%stiffness*(1 - point%released)
+            point%released = 0
+            if (.not. point%fraction_left > 0) cycle
+            held = held_part_at(point, m)
+            if (held >= point%fraction_left) cycle
+            if (point%stiffness > 0) call end_spring(point, is_explicit, released(point%plane))
+            point%released = min(1 - held/point%fraction_left, most)
+            released(point%plane) = released(point%plane) + point%released*potential_of(point, point%before, point%opening)
             point%initial_force = point%initial_force*(1 - point%released)
-            point%area = min(area, point%area)
+            point%fraction_left = held
          end associate
       end do
    end subroutine follow_fronts
+
+   !> Let the spring of a point become a force, which the front then releases; books the change of its energy.
+   pure subroutine end_spring(point, is_explicit, released)
+      type(interface_point_t), intent(inout) :: point
+      logical, intent(in) :: is_explicit
+      real(dp), intent(inout) :: released        !! [J]
+      type(interface_point_t) :: felt
+      felt = point
+      if (is_explicit) felt%opening = point%effective_opening
+      released = released + potential_of(point, point%before, point%opening)
+      point%initial_force = force_of(felt)
+      point%stiffness = 0
+      released = released - potential_of(point, point%before, point%opening)
+   end subroutine end_spring
 
    !> Energy taken by the points of the fronts of each crack in an implicit step beyond the value at its start [J].
    pure function late_release(interfaces, cracks) result(energy)
@@ -286,22 +350,20 @@ contains
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
             if (point%plane == 0 .or. .not. point%released > 0) cycle
-            energy(point%plane) = energy(point%plane) + (mean_energy(point, point%before, point%opening) &
-                                  - mean_energy(point, point%before, point%before))/(1 - point%released)
+            energy(point%plane) = energy(point%plane) + point%released/(1 - point%released)* &
+               (potential_of(point, point%before, point%opening) - potential_of(point, point%before, point%before))
          end associate
       end do
    end function late_release
 
-   !> Energy taken by a point for the lost part of its force between two openings [J].
-   pure real(dp) function mean_energy(point, before, after) result(energy)
+   !> Potential energy of the spring and the force of a point, as a mean of two openings [J].
+   pure real(dp) function potential_of(point, before, after) result(energy)
       type(interface_point_t), intent(in) :: point
       real(dp), intent(in) :: before(ndim), after(ndim) !! [m]
-      real(dp) :: across
       energy = dot_product(before, after)
       if (is_half(point)) energy = dot_product(before, point%normal)*dot_product(after, point%normal)
-      across = dot_product(point%initial_force, before + after)
-      energy = point%released*(point%stiffness*energy + across)/2
-   end function mean_energy
+      energy = (point%stiffness*energy + dot_product(point%initial_force, before + after))/2
+   end function potential_of
 
    !> Whether a crack has points on a face of a leaf in its plane: with an open node; of two at one place the finer or upper one.
    pure logical function is_of(m, cut, leaf, side) result(is)

@@ -11,9 +11,13 @@ module hampm_moving_tip
    use hampm_material, only: material_t
    implicit none
    private
-   public :: energy_factors, rayleigh_speed, share_of_rest, hoop_angle
+   public :: energy_factors, rayleigh_speed, share_of_rest, hoop_angle, lead_of_release, release_length
 
    real(dp), parameter :: pi = acos(-1.0_dp)
+
+   !> Advance of a tip or a front, in cells, in which the force of a place behind it falls to 0.
+   real(dp), parameter :: release_length = 2
+
    real(dp), parameter :: static_speed = 1e-4_dp !! part of the speed of shear waves below which a tip is taken to be at rest
 
 contains
@@ -125,4 +129,13 @@ contains
          end if
       end do
    end function rayleigh_speed
+
+   !> How far the release of places is ahead of a tip or a front [m]. A place with a part f of its force has taken 1 - f**2 of what
+   !> it takes. All of them have taken the way w of the tip if the first one keeps 1 - y, with y**2 - y**3/3 = w/l for a length l in
+   !> which forces fall: y = 1 at two thirds of that, and later places have a lead of one third.
+   pure real(dp) function lead_of_release(way, length) result(lead)
+      real(dp), intent(in) :: way, length        !! w and l [m]
+      lead = length/3
+      if (way < length - lead) lead = length*(1 + 2*cos((2*pi - acos(1 - 1.5_dp*max(way, 0.0_dp)/length))/3)) - max(way, 0.0_dp)
+   end function lead_of_release
 end module hampm_moving_tip

@@ -6,10 +6,14 @@
 !>
 !> The bonded part begins behind the front, by a part of a cell: with points as soft as cells, which give the least difference
 !> between places of the front in a cell, the crack is longer than without by just this (docs/explanation/solids.md).
+!>
+!> A front that moves releases places from where it was at the start on as a tip does, over `release_length` and with the same lead.
+!> Nodes open before that.
 module hampm_plane_cuts
    use hampm_kinds, only: dp, ndim, long
    use hampm_forest, only: forest_t, level_width
    use hampm_front, only: region_t
+   use hampm_moving_tip, only: lead_of_release, release_length
    use hampm_place_table, only: place_table_t
    implicit none
    private
@@ -23,28 +27,85 @@ module hampm_plane_cuts
       logical :: moves = .false.                 !! whether its fronts do while the mesh stays
       real(dp) :: friction = 0                   !! coefficient [-]
       integer(long) :: at = 0                    !! place of the plane along its axis
+      type(region_t) :: at_start                 !! the cracked region when it begins
+      real(dp) :: beyond = 0                     !! way by which its places go on to be released once no front is left [m]
       type(region_t), allocatable :: unbonded(:) !! of faces of each level, from 0 on: the part not bonded
+      type(region_t), allocatable :: first(:)    !! the same at the start
+      type(region_t), allocatable :: opened(:)   !! the same: the part that opens the nodes of a face
       type(place_table_t) :: open                !! places of the nodes that are open, and of middles of edges and faces
    contains
       procedure :: is_open
       procedure :: opens_at
       procedure :: rectangle_of
       procedure :: opens_face
+      procedure :: way_to
+      procedure :: held_part
    end type plane_cut_t
 
 contains
 
-   !> Find the unbonded part of the faces of each level.
+   !> Find the unbonded part of the faces of each level, and where their nodes are open.
    pure subroutine find_unbonded(cut, forest)
       type(plane_cut_t), intent(inout) :: cut
       type(forest_t), intent(in) :: forest
+      logical :: has_moved
       integer :: level
-      if (allocated(cut%unbonded)) deallocate (cut%unbonded)
-      allocate (cut%unbonded(0:forest%finest_level()))
+      if (allocated(cut%unbonded)) deallocate (cut%unbonded, cut%opened, cut%first)
+      allocate (cut%unbonded(0:forest%finest_level()), cut%opened(0:forest%finest_level()), cut%first(0:forest%finest_level()))
+      has_moved = cut%moves
+      if (has_moved) has_moved = size(cut%outline) /= size(cut%at_start%outline)
+      if (cut%moves .and. .not. has_moved) has_moved = any(abs(cut%outline - cut%at_start%outline) > 0)
       do level = 0, forest%finest_level()
-         cut%unbonded(level) = cut%shrunk(margin*scale(forest%cell, -level))
+         associate (cell => scale(forest%cell, -level))
+            cut%unbonded(level) = cut%shrunk(margin*cell)
+            cut%opened(level) = cut%unbonded(level)
+            if (has_moved) cut%opened(level) = cut%shrunk(-release_length/3*cell)
+            if (cut%moves) cut%first(level) = cut%at_start%shrunk(margin*cell)
+         end associate
       end do
    end subroutine find_unbonded
+
+   !> Way of the front from the start to a place, in a cell of a level; below 0 behind that [m].
+   pure real(dp) function way_to(self, level, x)
+      class(plane_cut_t), intent(in) :: self
+      integer, intent(in) :: level
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      way_to = self%first(level)%distance(x)
+   end function way_to
+
+   !> Part of the force that the front leaves at a place; at a node the mean by its function across the front. At the start springs
+   !> have given way by as much as if the front had gone on by `margin`; the release catches up on that while it passes them.
+   pure real(dp) function held_part(self, level, cell, x, way_to, is_node)
+      class(plane_cut_t), intent(in) :: self
+      integer, intent(in) :: level
+      real(dp), intent(in) :: cell               !! of the level [m]
+      real(dp), intent(in) :: x(ndim), way_to    !! [m]
+      logical, intent(in) :: is_node
+      real(dp), parameter :: places(4) = [-0.75_dp, -0.25_dp, 0.25_dp, 0.75_dp], weights(4) = [1, 3, 3, 1]/8.0_dp
+      real(dp) :: way
+      integer :: k
+      associate (length => release_length*cell)
+         way = way_to - self%unbonded(level)%distance(x) + self%beyond
+         if (self%beyond > 0) way = max(way, self%beyond)
+         way = way + lead_of_release(way, length) + margin*cell*min(1.0_dp, max(0.0_dp, way/length))
+         if (.not. is_node) then
+            held_part = of(max(0.0_dp, way_to))
+         else
+            held_part = 0
+            do k = 1, size(places)
+               if (way_to + places(k)*cell > 0) held_part = held_part + weights(k)*of(way_to + places(k)*cell)
+            end do
+         end if
+      end associate
+
+   contains
+
+      !> That of one to which the front goes by some way.
+      pure real(dp) function of(to)
+         real(dp), intent(in) :: to              !! [m]
+         of = min(1.0_dp, max(0.0_dp, 1 - (way - to)/(release_length*cell)))
+      end function of
+   end function held_part
 
    !> Whether growth opens nodes that were closed when the mesh was made. Newly reached faces have an open node already.
    pure logical function open_more(cuts, forest) result(more)
@@ -60,7 +121,7 @@ contains
                if (.not. has_face_in(cuts(k), forest, leaf, side)) cycle
                if (.not. cuts(k)%opens_face(forest, leaf) .or. cuts(k)%opens_face(forest, leaf, wholly=.true.)) cycle
                call cuts(k)%rectangle_of(forest, leaf, low, high)
-               call cuts(k)%unbonded(forest%level_of(leaf))%uncracked(low, high, area, middle)
+               call cuts(k)%opened(forest%level_of(leaf))%uncracked(low, high, area, middle)
                if (area < product(high - low)) return
             end do
          end do
@@ -89,7 +150,7 @@ contains
                do side = 1, 2
                   if (.not. has_face_in(cut, forest, leaf, side)) cycle
                   call cut%rectangle_of(forest, leaf, low, high)
-                  call cut%unbonded(forest%level_of(leaf))%uncracked(low, high, area, middle)
+                  call cut%opened(forest%level_of(leaf))%uncracked(low, high, area, middle)
                   if (.not. area < product(high - low)) cycle
                   place = forest%place_of(leaf)
                   place(cut%axis) = cut%at

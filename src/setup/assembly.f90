@@ -196,6 +196,7 @@ contains
       do k = 1, size(planes)
          associate (plane => planes(k))
             plane%region_t = region_in(model, model%planes(k))
+            plane%at_start = plane%region_t
             plane%contact = model%planes(k)%contact
             plane%friction = model%planes(k)%friction
             plane%moves = any(model%growth%path == k .and. .not. model%growth%law%is_static)

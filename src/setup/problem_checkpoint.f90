@@ -133,6 +133,7 @@ contains
                allocate (plane%outline(2, n), plane%may_be_front(n), plane%is_corner(n))
             end if
             call c%archive_reals('outline', 2*n, plane%outline)
+            call c%serialise('beyond', plane%beyond)
             call c%archive_logicals('may_be_front', n, plane%may_be_front)
             call c%archive_logicals('is_corner', n, plane%is_corner)
          end associate
