@@ -393,6 +393,30 @@ def law(program, arguments):
         out.append((f"{part:g}", "slab" if solid else "plane", "implicit" if implicit else "explicit", 1e3 * cell,
                     f"{right:.3f}", f"{ratio:.3f}", percent(scatter), f"{taken:.3f}"))
     write(out, "law", arguments.output)
+    draw_law(out[1:], arguments.output / "law.png")
+
+
+def draw_law(rows, path):
+    """Draw G over the toughness with its scatter, and what faces take, over the speed."""
+    import matplotlib                                   # only here
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, panels = pyplot.subplots(1, 2, figsize=(9, 3.4), sharey=True)
+    for (where, how), marker in zip(itertools.product(("plane", "slab"), ("explicit", "implicit")), "os^v"):
+        mine = [row for row in rows if (row[1], row[2]) == (where, how)]
+        speed, ratio, scatter, taken = (np.array([float(row[k]) for row in mine]) for k in (0, 5, 6, 7))
+        panels[0].errorbar(speed, ratio, scatter / 100, fmt=marker, markersize=4, capsize=2, linewidth=0.8, label=f"{where}, {how}")
+        panels[1].plot(speed, taken, marker, markersize=4)
+    for panel, title in zip(panels, ("G over the toughness, mean and scatter", "energy that faces take, over toughness times area")):
+        panel.axhline(1, color="black", linewidth=0.6)
+        panel.axhspan(0.98, 1.02, color="black", alpha=0.07)
+        panel.set(xscale="log", xlabel="v/c_R", title=title)
+        panel.title.set_fontsize(9)
+    panels[0].legend(fontsize=8)
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
 
 
 def kalthoff(program, arguments):
