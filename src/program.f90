@@ -25,6 +25,7 @@ module hampm_program
    use hampm_settings, only: settings_t
    use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, build, release, warnings
+   use hampm_stiffness, only: stiffness_t
    use hampm_summary, only: summary, summary_json, solver_report, tip_report, equilibrium_report, equilibrium_proposal
    use hampm_text, only: digits_text, string_t, to_text, three_digits
    use hampm_threads, only: check_threads, surplus_threads, use_threads, thread_count, thread_report
@@ -106,6 +107,7 @@ contains
       type(resources_t) :: resources
       type(settings_t) :: written
       type(choice_t) :: choice
+      type(stiffness_t), allocatable :: rest     ! of --check alone
       character(:), allocatable :: report, text
       integer(long) :: clock_start
       real(dp) :: start, now                     ! processor time [s]
@@ -129,7 +131,8 @@ contains
          end if
          call cpu_time(start)
          if (.not. failure%failed()) call weigh(model, options%threads, resources, failure)
-         if (.not. failure%failed()) call build(model, options%threads, simulation, failure)
+         if (options%check) allocate (rest)
+         if (.not. failure%failed()) call build(model, options%threads, simulation, failure, rest)
       end if
       if (failure%failed()) return
       if (options%check) then
@@ -137,7 +140,8 @@ contains
             call print_text(check_json(model, simulation, resources, written, options%quiet, clock_start, &
                                        choice_report(choice, model)), failure)
          else
-            call print_text(check_report(model, simulation, resources)//with_prefix('! ', choice_report(choice, model)), failure)
+            call print_text(check_report(model, simulation, resources, rest)// &
+                            with_prefix('! ', choice_report(choice, model)), failure)
             report = warnings(simulation)
             if (len(report) > 0) call print_message(report, kind='warning: ')
             if (.not. (options%quiet .or. failure%failed())) &
@@ -158,6 +162,7 @@ contains
          call tell_accuracy(simulation, choice, options%quiet, failure)
          if (.not. options%quiet) write (output_unit, '(a)') time_report(clock_start)
       end if
+      if (allocated(rest)) call rest%release()
       call release(simulation)
    end subroutine simulate
 
@@ -364,13 +369,14 @@ contains
    end function long_run
 
    !> Output of --check: the model as it is used, and the summary of a simulation as comments, so that it can be run.
-   function check_report(model, simulation, resources) result(text)
+   function check_report(model, simulation, resources, rest) result(text)
       type(model_t), intent(in) :: model
       type(simulation_t), intent(inout) :: simulation
       type(resources_t), intent(in) :: resources
+      type(stiffness_t), intent(inout) :: rest   !! as `build` leaves it
       character(:), allocatable :: text
-      text = model%as_used//with_prefix('! ', summary(simulation)//equilibrium_proposal(simulation)//refinement_summary(model)// &
-                                        resource_report(resources))// &
+      text = model%as_used//with_prefix('! ', summary(simulation)//equilibrium_proposal(simulation, rest)// &
+                                        refinement_summary(model)//resource_report(resources))// &
              with_prefix('! note: ', as_lines(notes_of(model)))
    end function check_report
 

@@ -12,6 +12,7 @@ module hampm_summary
    use hampm_placement, only: point_text
    use hampm_static_equilibrium, only: find_lowest_frequency, time_to_equilibrium
    use hampm_simulation, only: simulation_t, is_near_equilibrium
+   use hampm_stiffness, only: stiffness_t
    use hampm_text, only: string_t, to_text, length_text, decimal, three_digits, digits_text
    implicit none
    private
@@ -171,13 +172,14 @@ contains
 
    !> Proposal to reach equilibrium: the damping and the end time for the lowest frequency of the model; '' where it is not known,
    !> as where something moves without any force, and where a load is never constant.
-   function equilibrium_proposal(s) result(text)
+   function equilibrium_proposal(s, rest) result(text)
       type(simulation_t), intent(inout) :: s
+      type(stiffness_t), intent(inout) :: rest   !! that has estimated errors
       character(:), allocatable :: text
       real(dp) :: frequency
       text = ''
       if (s%integrator%is_static .or. .not. all_become_constant(s%problem%loads)) return
-      call find_lowest_frequency(s%problem, frequency)
+      call find_lowest_frequency(s%problem, rest, frequency)
       if (.not. frequency > 0) return
       text = 'to equilibrium  &damping rate = '//three_digits(2*frequency)//' (lowest frequency '// &
              three_digits(frequency/two_pi)//' Hz), &run end_time = '// &

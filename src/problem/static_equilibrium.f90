@@ -9,7 +9,7 @@ module hampm_static_equilibrium
    use hampm_problem, only: problem_t, refresh_grid, update_particles, stored_energy, kinetic_energy
    use hampm_nodal_state, only: unbalanced_force
    use hampm_rigid_motions, only: free_motions_t, find_free_motions, take_motion_as_whole
-   use hampm_stiffness, only: stiffness_t, is_larger, new_stiffness, full_loads
+   use hampm_stiffness, only: stiffness_t, is_larger, kind_at_rest, new_stiffness, full_loads
    implicit none
    private
    public :: find_distance_to_equilibrium, find_lowest_frequency, time_to_equilibrium
@@ -61,10 +61,10 @@ contains
    !>
    !> A few turns only: the deflection by the loads is near the mode that is sought. Motions as a whole that nothing holds, of which
    !> rounding leaves a part that would grow with each turn, are taken out. Loads that do work on them lead to no equilibrium.
-   subroutine find_lowest_frequency(m, frequency)
+   subroutine find_lowest_frequency(m, k, frequency)
       type(problem_t), intent(inout) :: m
+      type(stiffness_t), intent(inout) :: k      !! that of the static solution, if it is there
       real(dp), intent(out) :: frequency
-      type(stiffness_t) :: k
       real(dp), parameter :: balanced = 1e-6_dp  ! part of the forces that may push a piece that nothing holds
       type(free_motions_t) :: free
       real(dp), allocatable :: x(:, :), y(:, :), mass(:, :), force(:, :)
@@ -78,7 +78,7 @@ contains
       if (.not. any(abs(force) > 0)) return
       call find_free_motions(m, free)
       if (free%are_pushed(force, balanced)) return
-      call new_stiffness(m, most_proposed, k, done)
+      call new_stiffness(m, most_proposed, k, done, kind_at_rest(m, free%rigid_constraints))
       if (done) then
          allocate (mass(ndim, m%grid%n_points), source=0.0_dp)
          do i = 1, m%fields%mass_matrix%all%n_nodes
@@ -102,7 +102,6 @@ contains
          end do
          if (square > 100*k%point) frequency = sqrt(square)
       end if
-      call k%release()
    end subroutine find_lowest_frequency
 
    !> How long it takes until a ten-thousandth of the lowest mode is left, where it is damped critically, with a rate of twice its

@@ -70,12 +70,13 @@ module hampm_simulation
 contains
 
    !> Build the simulation of a model on a number of threads; 0 lets the size of the model decide.
-   subroutine build(model, threads, s, failure)
+   subroutine build(model, threads, s, failure, rest)
       type(model_t), intent(in) :: model
       integer, intent(in) :: threads
       type(simulation_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
-      type(stiffness_t) :: rest
+      type(stiffness_t), intent(inout), optional :: rest !! of a motion, by which errors are estimated: to keep it, and to release
+      type(stiffness_t) :: own
       integer :: k
       s%model = model
       s%warning = warnings_of(model)
@@ -99,8 +100,12 @@ contains
             call estimate_errors(s%problem, s%cracks, integrator%newton%k, measurements%extrapolation, measurements%crack, &
                                  failure, model%run%end_time)
          class default
-            call estimate_errors(s%problem, s%cracks, rest, measurements%extrapolation, measurements%crack, failure)
-            call rest%release()
+            if (present(rest)) then
+               call estimate_errors(s%problem, s%cracks, rest, measurements%extrapolation, measurements%crack, failure)
+            else
+               call estimate_errors(s%problem, s%cracks, own, measurements%extrapolation, measurements%crack, failure)
+               call own%release()
+            end if
          end select
       end associate
    end subroutine build

@@ -17,6 +17,7 @@ program fuzz_driver
    use hampm_reading, only: understand_model
    use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, build, warnings
+   use hampm_stiffness, only: stiffness_t
    use hampm_text, only: string_t, to_text
    implicit none
    integer, parameter :: is_scene = 1
@@ -88,13 +89,14 @@ contains
       character(:), allocatable, intent(inout) :: report
       type(failure_t), intent(inout) :: failure
       type(simulation_t) :: simulation
+      type(stiffness_t) :: rest
       type(resources_t) :: needs
       needs = estimate_resources(model)
       call check_resources(needs, failure)
       if (failure%failed() .or. needs%particles + needs%cells > most_built) return
-      call build(model, 1, simulation, failure)
-      if (failure%failed()) return
-      report = check_report(model, simulation, needs)//warnings(simulation)
+      call build(model, 1, simulation, failure, rest)
+      if (.not. failure%failed()) report = check_report(model, simulation, needs, rest)//warnings(simulation)
+      call rest%release()
       call simulation%problem%solver%direct%release()
       call simulation%measurements%extrapolation%direct%release()
    end subroutine try_to_build
