@@ -179,11 +179,12 @@ contains
       type(stiffness_t), intent(inout) :: stiffness
       type(failure_t), intent(inout) :: failure
       type(sparse_t) :: matrix
+      stiffness%iterates = stiffness%kind%solver == 'cg' .or. &
+                           stiffness%kind%solver == 'auto' .and. stiffness%unknowns%n > most_direct
+      if (stiffness%iterates) call stiffness%release() ! a matrix of before is not there beside the new one
       associate (cells => m%fields%mass_matrix%all%cells(:m%fields%mass_matrix%all%n_cells))
          call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, &
                                   nodes_of_jumps(m%interfaces%list(:m%interfaces%n)%jump))
-         stiffness%iterates = stiffness%kind%solver == 'cg' .or. &
-                              stiffness%kind%solver == 'auto' .and. stiffness%unknowns%n > most_direct
          call fill(m, cells, stiffness, matrix)
       end associate
       if (.not. stiffness%iterates) then
@@ -192,7 +193,7 @@ contains
          call stiffness%factorised%factorise(matrix, failure)
          deallocate (matrix%value)
       end if
-      stiffness%matrix = matrix
+      call matrix%move_to(stiffness%matrix)
       if (stiffness%iterates .and. ndim == 3) call build_multigrid(m, stiffness, failure)
    end subroutine assemble_and_factorise
 

@@ -41,7 +41,7 @@ module hampm_resource_estimate
 
    ! The static solution: for the estimated errors of a crack, and for the distance of a damped motion
    real(dp), parameter :: of_stiffness = 205.0_dp   !! per entry of its factors, as counted by `fill_of` [bytes]
-   real(dp), parameter :: of_unknown = 1800, of_entry = 95, of_multigrid = 3700 !! of a solid, see below
+   real(dp), parameter :: of_unknown = 1800, of_entry = 95, of_multigrid = 2400 !! of a solid, see below
    real(dp), parameter :: of_lasting = merge(3.4_dp, 2.35_dp, solid) !! fill of factors of each step, kept as columns too [-]
    real(dp), parameter :: of_mass_entry = 346    !! of the factor of a mass matrix of a solid [bytes]
    real(dp), parameter :: of_quadratic_fill = 1.25_dp  !! entries over those of bilinear cells with as many nodes [-]

@@ -21,6 +21,8 @@ module hampm_multigrid
    integer, parameter :: power_steps = 12        !! to find the largest eigenvalue
    real(dp), parameter :: safety = 1.1_dp        !! bound of the largest eigenvalue over its estimate
    real(dp), parameter :: weak = 0.01_dp         !! coupling over the root of the product of the stiffnesses, that is neglected
+   integer, parameter :: strip = 16384           !! rows whose product with P is there at once
+   integer, parameter :: at_once = 64            !! rows of a thread one after the other
    real(dp), parameter :: dependent = 1e-8_dp    !! part of a motion that is left beside others where it is one of them
 
    !> A level: its smoother, and the transfer to the next one.
@@ -85,7 +87,8 @@ contains
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: next_start(:), aggregate(:)
       real(dp), allocatable :: next_b(:, :)
-      type(sparse_t) :: tentative
+      type(sparse_t) :: tentative, rows, product, before ! product: of the strips up to here
+      integer :: i, last
       is_coarser = .false.
       call find_diagonal(a, level, failure)
       if (failure%failed()) return
@@ -96,8 +99,15 @@ contains
          if (.not. is_coarser) return
          call find_prolongation(a, tentative, n, level)
          level%restrict = transposed(level%prolong, n)
-         ! It is symmetric; a transpose has its columns in order
-         level%coarse = transposed(product_of(level%restrict, product_of(a, level%prolong, n), n), n)
+         do i = 1, a%n, strip                    ! A P is never there as a whole
+            last = min(i + strip - 1, a%n)
+            rows = product_of(a%rows(i, last), level%prolong, n)
+            call product%move_to(before)
+            product = product_of(transposed(level%prolong%rows(i, last), n), rows, n, before)
+         end do
+         rows = sparse_t()
+         before = sparse_t()
+         level%coarse = transposed(product, n)   ! it is symmetric; a transpose has its columns in order
          allocate (level%r(a%n), level%d(a%n), level%b(n), level%x(n))
       end associate
       call move_alloc(next_start, start)
@@ -192,7 +202,11 @@ contains
                end do
             end do
          end do
-         allocate (neighbour(size(a%value)))     ! more than there are
+         n = 0                                   ! rows of a node have about the same columns
+         do i = 1, nodes
+            n = n + max(0, maxval(a%row_start(start(i) + 1:start(i + 1)) - a%row_start(start(i):start(i + 1) - 1)))
+         end do
+         allocate (neighbour(n))
          place = 0
          first(1) = 1
          do i = 1, nodes
@@ -322,19 +336,27 @@ contains
       end associate
    end subroutine find_prolongation
 
-   !> The product of two matrices, the second of which has so many columns. Columns of a row come as they are met.
-   type(sparse_t) function product_of(a, b, columns) result(c)
+   !> The product of two matrices, the second of which has so many columns, and a third one. Columns of a row come as they are met.
+   type(sparse_t) function product_of(a, b, columns, third) result(c)
       type(sparse_t), intent(in) :: a, b
       integer, intent(in) :: columns
+      type(sparse_t), intent(in), optional :: third !! that is added, if it has any rows
       integer, allocatable :: place(:)
+      logical :: adds
       integer :: i, j, k, n
+      adds = .false.
+      if (present(third)) adds = third%n > 0
       c%n = a%n
       allocate (c%row_start(a%n + 1))
       !$omp parallel private(place, j, k, n)
       allocate (place(columns), source=0)
-      !$omp do schedule(static)
+      !$omp do schedule(static, at_once)
       do i = 1, a%n
          n = 0
+         if (adds) then
+            n = third%row_start(i + 1) - third%row_start(i)
+            place(third%column(third%row_start(i):third%row_start(i + 1) - 1)) = i
+         end if
          do j = a%row_start(i), a%row_start(i + 1) - 1
             do k = b%row_start(a%column(j)), b%row_start(a%column(j) + 1) - 1
                if (place(b%column(k)) == i) cycle
@@ -352,9 +374,17 @@ contains
       allocate (c%column(c%row_start(a%n + 1) - 1), c%value(c%row_start(a%n + 1) - 1))
       !$omp end single
       place = 0
-      !$omp do schedule(static)
+      !$omp do schedule(static, at_once)
       do i = 1, a%n
          n = c%row_start(i) - 1
+         if (adds) then
+            do k = third%row_start(i), third%row_start(i + 1) - 1
+               n = n + 1
+               place(third%column(k)) = n
+               c%column(n) = third%column(k)
+               c%value(n) = third%value(k)
+            end do
+         end if
          do j = a%row_start(i), a%row_start(i + 1) - 1
             do k = b%row_start(a%column(j)), b%row_start(a%column(j) + 1) - 1
                associate (at => place(b%column(k)))

@@ -17,7 +17,9 @@ module hampm_sparse
       procedure :: add
       procedure :: add_block
       procedure :: has_pattern_of
+      procedure :: move_to
       procedure :: multiply
+      procedure :: rows
    end type sparse_t
 
 contains
@@ -70,6 +72,7 @@ contains
             end associate
          end do
       end do
+      deallocate (unsorted)                      ! values take its room
       allocate (matrix%value(entries), source=0.0_dp)
    end subroutine pattern_of_cliques
 
@@ -137,6 +140,17 @@ contains
       if (has_pattern_of) has_pattern_of = all(self%column == other%column)
    end function has_pattern_of
 
+   !> Move all entries to another matrix, in place of its own: none is there twice.
+   pure subroutine move_to(self, other)
+      class(sparse_t), intent(inout) :: self
+      type(sparse_t), intent(out) :: other
+      other%n = self%n
+      other%is_symmetric = self%is_symmetric
+      call move_alloc(self%row_start, other%row_start)
+      call move_alloc(self%column, other%column)
+      call move_alloc(self%value, other%value)
+   end subroutine move_to
+
    !> q = A p.
    subroutine multiply(self, p, q)
       class(sparse_t), intent(in) :: self
@@ -153,6 +167,18 @@ contains
          q(i) = total
       end do
    end subroutine multiply
+
+   !> Some rows as a matrix.
+   pure type(sparse_t) function rows(self, first, last) result(part)
+      class(sparse_t), intent(in) :: self
+      integer, intent(in) :: first, last
+      part%n = last - first + 1
+      associate (from => self%row_start(first), to => self%row_start(last + 1) - 1)
+         allocate (part%row_start, source=self%row_start(first:last + 1) - from + 1)
+         allocate (part%column, source=self%column(from:to))
+         allocate (part%value, source=self%value(from:to))
+      end associate
+   end function rows
 
    !> Places of some numbers in their ascending order, by insertion: they are few.
    pure function ascending(values) result(place)
