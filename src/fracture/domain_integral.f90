@@ -85,7 +85,7 @@ contains
          call find_frame(domain, problem%materials, p, places)
          x = 0
          velocity = 0
-         q = places%at_points(grid%n_points)
+         call places%weigh_points(grid%n_points, q)
          call fill_places(domain, grid, blocks, p, q, places)
          sums = 0
          by_closed = 0

@@ -81,7 +81,7 @@ module hampm_tip_domain
       integer, private :: layout = -1            !! of the blocks that they are in
       real(dp), allocatable, private :: key(:)   !! of the tip that they are of, see `key_of`
    contains
-      procedure :: at_points
+      procedure :: weigh_points
       procedure, private :: stay
    end type places_t
 
@@ -169,29 +169,26 @@ contains
       elements = elements(:n)
    end function elements_of
 
-   !> Particles in cells with a part in a disc around a tip.
+   !> Particles in cells with a part in the square around a disc, and in cells with a node that hangs from such a cell.
    pure function particles_in(tip, radius, grid, blocks) result(particles)
       real(dp), intent(in) :: tip(ndim), radius  !! [m]
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
-      integer, allocatable :: particles(:), leaves(:), elements(:)
-      type(tip_domain_t) :: domain
-      real(dp), allocatable :: q(:, :)
+      integer, allocatable :: particles(:), elements(:)
+      real(dp) :: reach                          ! [m]
       integer :: k, i, n
-      domain%tip = tip
-      domain%radius = [radius]
-      call weight_nodes(domain, grid, q, leaves)
-      elements = elements_of(leaves, grid, blocks)
+      reach = radius
+      if (grid%dofs%n_hanging > 0) &
+         reach = radius + maxval(grid%element_size(grid%leaf_element(grid%forest%leaves_in(tip - radius, tip + radius))))
+      elements = elements_of(grid%forest%leaves_in(tip - reach, tip + reach), grid, blocks)
       allocate (particles(sum(blocks%count_in(elements))))
       n = 0
       do k = 1, size(elements)
-         if (.not. any(q(1, grid%support_of(elements(k))) > 0)) cycle
          do i = blocks%first_in(elements(k)), blocks%last_in(elements(k)), blocks%stride_in(elements(k))
             n = n + 1
             particles(n) = i
          end do
       end do
-      particles = particles(:n)
    end function particles_in
 
    !> End the discs where bodies of other materials begin: within a disc their material forces would count as the tip's.
@@ -304,13 +301,13 @@ contains
    end subroutine keep_points
 
    !> Weights at all points of the grid.
-   pure function at_points(self, n_points) result(q)
+   pure subroutine weigh_points(self, n_points, q)
       class(places_t), intent(in) :: self
       integer, intent(in) :: n_points
-      real(dp), allocatable :: q(:, :)           !! [-], (radii, n_points)
+      real(dp), allocatable, intent(out) :: q(:, :) !! [-], (radii, n_points)
       allocate (q(size(self%nodal, 1), n_points), source=0.0_dp)
       q(:, self%point) = self%nodal
-   end function at_points
+   end subroutine weigh_points
 
    !> Fill the listed places with their values in the discs, which may turn in the updated frame.
    pure subroutine fill_places(domain, grid, blocks, p, nodal, places)
