@@ -141,6 +141,7 @@ contains
             if (written%given(written%find('grid', 1), 'order') .and. family%order /= model%grid%order) cycle
             if (any(family%time == ['modal   ', 'implicit']) .and. crossings < ringing .and. &
                 any(choice%trials(:k)%is_allowed)) cycle
+            trials%compares = family%time /= 'static' .or. .not. choice%lattices%fits
             trials%rows = 1 + model%run%end_time/model%output%history_interval
             trials%steps = crossings*size_of/choice%lattices%cell_size(trials%first%lattice)
             if (family%order == 1 .and. any(choice%trials(:k)%is_allowed .and. choice%trials(:k)%family%time == family%time)) cycle
@@ -207,8 +208,6 @@ contains
       type(mesh_t) :: finer_mesh, deeper_mesh
       type(pilot_t) :: first, finer, deeper
       type(failure_t) :: refused
-      logical :: moves
-      moves = trials%family%time /= 'static'
       first = known
       if (.not. is_known) call try(choice, trials%family, trials%first, threads, first, refused)
       trials%is_allowed = .not. refused%failed()
@@ -222,7 +221,7 @@ contains
       if (refused%failed()) deeper_mesh = trials%first
       if (refused%failed()) deeper = first
       finer = first
-      if (.not. choice%limits%has_lattice .and. (moves .or. deeper%error > aim)) &
+      if (.not. choice%limits%has_lattice .and. (trials%compares .or. deeper%error > aim)) &
          call try(choice, trials%family, finer_mesh, threads, finer, refused)
       if (refused%failed()) finer_mesh = trials%first
       if (refused%failed()) finer = first
@@ -377,13 +376,13 @@ contains
       choice%tries = choice%tries + 1
       choice%reached = pilot%error
       if (choice%is_judged) return
-      associate (trials => choice%trials(family), moves => choice%asked%method%time /= 'static')
+      associate (trials => choice%trials(family), compares => choice%trials(family)%compares)
          if (choice%tries == 1) choice%first = pilot
          if (choice%tries == 1) call trials%fit(pilot, pilot, pilot, trials%first, trials%first)
-         deepens = .not. (moves .or. ndim == 3 .or. choice%limits%has_levels)
+         deepens = .not. (compares .or. ndim == 3 .or. choice%limits%has_levels)
          if (choice%tries == 2 .and. deepens) call trials%fit(choice%first, choice%first, pilot, trials%first, before)
-         if (pilot%error <= 1 .and. .not. moves .or. pilot%error >= no_value .or. choice%tries > most_tries) return
-         if (choice%tries == 1 .and. (moves .or. ndim == 3)) then
+         if (pilot%error <= 1 .and. .not. compares .or. pilot%error >= no_value .or. choice%tries > most_tries) return
+         if (choice%tries == 1 .and. (compares .or. ndim == 3)) then
             call choose_by_pilots(choice, pilot, threads, model, failure)
          else if (choice%tries == 1 .and. deepens) then
             choice%predicted = aim
@@ -392,7 +391,7 @@ contains
             call take_cheapest(choice, model, failure)
          else
             factor = max(pilot%error/max(choice%predicted, tiny(1.0_dp)), least_factor)
-            if (moves) then                      ! what it differs by from the last run, beside what it was to differ by
+            if (compares) then                      ! what it differs by from the last run, beside what it was to differ by
                gained = trials%error_of(trials%compared) - trials%error_of(choice%mesh)
                factor = worst_difference(trials%values, pilot%values)/max(gained, tiny(1.0_dp))
                choice%reached = max(pilot%error, factor*choice%predicted)

@@ -176,10 +176,13 @@ contains
       real(dp) :: estimate
       integer :: k
       if (failure%failed() .or. .not. allocated(simulation%asked)) return
+      if (choice%is_open .and. .not. choice%lattices%fits) call print_message('&accuracy: boxes of &constraint or of &load '// &
+         'kind = ''body'' end between nodes: what they hold or load depends on the cells, which no estimated error knows, '// &
+         'and only other meshes tell. Let them end at round coordinates, or beyond the bodies', kind='warning: ')
       do k = 1, size(simulation%asked)
          associate (asked => simulation%asked(k))
             estimate = asked%estimated()
-            if (.not. simulation%integrator%is_static) estimate = max(estimate, choice%reached*asked%keys%error)
+            if (choice%is_open) estimate = max(estimate, choice%reached*asked%keys%error)
             if (.not. (simulation%integrator%is_static .or. choice%is_open)) then
                if (.not. quiet) write (output_unit, '(a)') 'accuracy of '//trim(asked%keys%quantity)//': rows tell '// &
                   digits_text(100*estimate, 2)//' %; what cells and steps do to waves is not judged, as they are given'

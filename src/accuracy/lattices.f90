@@ -13,6 +13,7 @@ module hampm_lattices
 
    real(dp), parameter :: same = 1e-7_dp         !! part of the size of all bodies within which places are the same
    real(dp), parameter :: narrow = 0.01_dp       !! part of that up to which a box of supports is to hold the nodes of one line
+   real(dp), parameter :: tolerance = 1e-6_dp    !! of a node, in cells
    real(dp), parameter :: coarsest = 3           !! cells of the coarsest lattice in the smallest length of the model
    real(dp), parameter :: most_coarse = merge(1500, 2500, ndim == 2) !! cells of the coarsest lattice, where no unit makes it finer
    real(dp), parameter :: least_part = 0.2_dp    !! of these cells that those of a unit with all wishes may have
@@ -24,6 +25,7 @@ module hampm_lattices
       real(dp) :: unit = 0                       !! [m]
       integer :: margin = 0                      !! cells around the bodies, into which they move
       logical :: has_axis = .false.              !! whether no cell is at a radius below 0
+      logical :: fits = .true.                   !! whether boxes of supports and of loads on material end at its nodes
       integer :: first = 1                       !! number of the coarsest: its cells are the unit over that
    contains
       procedure :: cell_size
@@ -50,8 +52,38 @@ contains
       if (product((self%upper - self%lower)/max(needed, tiny(needed)**0.25_dp)) <= most_aligned) self%unit = needed
       if (all_marks >= least_part*wanted) self%unit = all_marks
       self%unit = without_rounding(self%unit, maxval(self%upper - self%lower))
+      self%fits = boxes_fit(model, self)
       self%first = max(1, ceiling(self%unit/wanted*(1 - same)))
    end function new_lattices
+
+   !> Whether all boxes of supports and of loads on material end at nodes of the coarsest lattice, or beyond all bodies. What others
+   !> hold or load depends on the cells, and no estimated error knows of it.
+   pure logical function boxes_fit(model, self) result(fit)
+      type(model_t), intent(in) :: model
+      type(lattices_t), intent(in) :: self
+      integer :: k
+      fit = .true.
+      do k = 1, size(model%constraints)
+         associate (lower => model%constraints(k)%lower, upper => model%constraints(k)%upper)
+            if (size(lower) == ndim .and. size(upper) == ndim) fit = fit .and. are_nodes(lower) .and. are_nodes(upper)
+         end associate
+      end do
+      do k = 1, size(model%loads)
+         if (model%loads(k)%kind /= 'body' .or. .not. model%loads(k)%has_place) cycle
+         fit = fit .and. are_nodes(model%loads(k)%lower) .and. are_nodes(model%loads(k)%upper)
+      end do
+
+   contains
+
+      !> Whether each coordinate of a corner is of nodes, or outside.
+      pure logical function are_nodes(corner)
+         real(dp), intent(in) :: corner(ndim)    !! [m]
+         real(dp) :: x(ndim)
+         x = (corner - self%lower)/self%unit
+         are_nodes = all(abs(x - anint(x)) <= tolerance .or. corner <= self%lower + same*self%unit .or. &
+                         corner >= self%upper - same*self%unit)
+      end function are_nodes
+   end function boxes_fit
 
    !> Cell size of one of them [m].
    pure real(dp) function cell_size(self, number)
@@ -134,12 +166,13 @@ contains
          do k = 1, size(model%planes)
             if (model%planes(k)%axis == d .or. .not. only_needed) call mark(model%planes(k)%center(d), d)
          end do
-         if (only_needed) cycle
          do k = 1, size(model%paths)
             if (size(model%paths(k)%points, 2) == 0) cycle
+            if (only_needed .and. .not. (model%paths(k)%is_symmetry .or. any(model%energy_release%chosen%needs_nodes))) cycle
             call mark(model%paths(k)%points(d, 1), d)
             call mark(model%paths(k)%points(d, size(model%paths(k)%points, 2)), d)
          end do
+         if (only_needed) cycle
          do k = 1, size(model%loads)
             if (.not. model%loads(k)%has_place) cycle
             call mark(model%loads(k)%lower(d), d)

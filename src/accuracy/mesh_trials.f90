@@ -17,7 +17,7 @@ module hampm_mesh_trials
    real(dp), parameter :: of_row = 1.5_dp        !! work of a row of the history for each particle
    real(dp), parameter :: least_order = 0.5_dp, most_order = 6, usual_order = 2 !! of the error away from the tips in the cell
    real(dp), parameter :: least_part = 1e-3_dp   !! of the cells away from the tips in an error
-   integer, parameter :: order_of_waves = 1      !! of the error in motion in the cell, at least
+   integer, parameter :: order_of_differences = 1      !! in the cell, of errors that only other meshes tell, at least
    real(dp), parameter :: most_particles = 4e6_dp !! of a mesh that is chosen
    integer, parameter :: most_lattice = 200      !! number of a lattice over that of the coarsest
 
@@ -40,6 +40,7 @@ module hampm_mesh_trials
    type :: trials_t
       type(family_t) :: family
       logical :: is_allowed = .false.
+      logical :: compares = .false.              !! whether meshes are compared: errors of columns are not all there is
       type(mesh_t) :: first                      !! of the first pilot
       real(dp) :: of_cells = 0, of_tips = 0      !! the parts a and b of the error over that asked [-]
       real(dp) :: order = usual_order            !! p [-]
@@ -125,7 +126,7 @@ contains
       real(dp) :: order
       associate (h => real(self%first%lattice, dp)/mesh%lattice, &
                  of_tips => self%of_tips*2.0_dp**(self%first%levels - mesh%levels))
-         if (self%family%time == 'static' .and. h < 1 .and. error > of_tips*h) then
+         if (.not. self%compares .and. h < 1 .and. error > of_tips*h) then
             order = log((error - of_tips*h)/self%of_cells)/log(h)
             if (order >= least_order .and. order < self%order) then
                self%order = order
@@ -143,9 +144,7 @@ contains
       type(pilot_t), intent(in) :: first, finer, deeper
       type(mesh_t), intent(in) :: finer_mesh, deeper_mesh !! of the others; that of the first one where there is no other
       real(dp) :: h, left, gained, whole, part
-      logical :: moves
       integer :: levels
-      moves = trials%family%time /= 'static'
       trials%bytes = first%bytes
       h = real(trials%first%lattice, dp)/finer_mesh%lattice
       levels = deeper_mesh%levels - trials%first%levels
@@ -153,16 +152,16 @@ contains
       trials%values = finer%values
       gained = first%error - deeper%error
       whole = first%error
-      if (moves) then                            ! errors of columns are those of the measurement alone
+      if (trials%compares) then                  ! errors of columns are not all there is
          gained = max(gained, worst_difference(first%values, deeper%values))
-         if (h < 1) whole = first%error + worst_difference(first%values, finer%values)/(1 - h**order_of_waves)
+         if (h < 1) whole = first%error + worst_difference(first%values, finer%values)/(1 - h**order_of_differences)
       end if
       trials%of_tips = 0
       if (levels > 0) trials%of_tips = min(max(0.0_dp, gained)/(1 - 2.0_dp**(-levels)), whole)
       part = 2.0_dp**(trials%first%levels - finer_mesh%levels)
       trials%of_cells = max(whole - trials%of_tips, least_part*whole)
-      trials%order = merge(real(order_of_waves, dp), usual_order, moves)
-      if (h < 1 .and. .not. moves) then
+      trials%order = merge(real(order_of_differences, dp), usual_order, trials%compares)
+      if (h < 1 .and. .not. trials%compares) then
          left = finer%error - trials%of_tips*h*part
          trials%order = most_order
          if (left > 0) trials%order = min(max(log(left/trials%of_cells)/log(h), least_order), most_order)
