@@ -18,6 +18,7 @@ module hampm_matching
    use hampm_forest, only: forest_t, outside
    use hampm_grid_building, only: build_grid, add_points
    use hampm_plane_cuts, only: plane_cut_t
+   use hampm_interface_points, only: interfaces_t
    use hampm_load_following, only: follow_split, follow_recombination
    use hampm_loads, only: share_by_mass
    use hampm_problem, only: problem_t, rebuild_on_grid, sort_particles, sort_anew, weigh_particles, stored_energy, dissipated_energy
@@ -46,6 +47,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(line_t), allocatable, intent(in), optional :: new_lines(:) !! of its cut cells; absent: the last ones
       type(line_t), allocatable :: lines(:)
+      type(interfaces_t) :: left
       real(dp) :: energy
       call start_families(m%particles)
       energy = total_energy(m)
@@ -58,10 +60,11 @@ contains
       else if (m%grid%cut_cells%are_there()) then
          lines = m%grid%cut_cells%lines
       end if
+      left = m%interfaces
       call change_grid(m, forest, lines, failure)
       if (failure%failed()) return
       m%energies%numerical_loss = m%energies%numerical_loss + (energy - total_energy(m))
-      call match_particles(m, failure)
+      call match_particles(m, failure, left)
    end subroutine adopt_forest
 
    !> Cut the cells of the grid along other lines. Fails as `adopt_forest`.
@@ -70,13 +73,15 @@ contains
       type(line_t), allocatable, intent(in) :: lines(:)
       type(failure_t), intent(inout) :: failure
       type(forest_t) :: forest
+      type(interfaces_t) :: left
       real(dp) :: energy
       energy = total_energy(m)
       forest = m%grid%forest
+      left = m%interfaces
       call change_grid(m, forest, lines, failure)
       if (failure%failed()) return
       m%energies%numerical_loss = m%energies%numerical_loss + (energy - total_energy(m))
-      if (.not. are_matched(m)) call match_particles(m, failure)
+      if (.not. are_matched(m)) call match_particles(m, failure, left)
    end subroutine adopt_lines
 
    !> Build the grid of a forest, cut along lines where there are any, and sort the particles into it.
@@ -115,10 +120,12 @@ contains
       m%energies%numerical_loss = m%energies%numerical_loss + (energy - total_energy(m))
    end subroutine complete_mesh
 
-   !> Split and recombine until every particle fits its cell. Fails where the memory does not suffice.
-   subroutine match_particles(m, failure)
+   !> Split and recombine until every particle fits its cell. Fails where the memory does not suffice. Interface points placed while
+   !> a particle on a crack was on one of its sides are placed again, from those of the mesh that was left: the sides are alike.
+   subroutine match_particles(m, failure, left)
       type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
+      type(interfaces_t), intent(in), optional :: left !! interface points before the mesh was changed
       logical, allocatable :: marked(:)
       logical :: at_lines                        ! whether pieces of cells get other particles, which interface points follow
       real(dp) :: energy
@@ -138,6 +145,7 @@ contains
          call recombine_marked(m, finer_than_cell(m), families, failure)
          if (failure%failed() .or. families == 0) exit
       end do
+      if (at_lines .and. present(left)) m%interfaces = left
       if ((at_lines .or. has_fuller_cells(m)) .and. .not. failure%failed()) call rebuild_on_grid(m, failure)
       m%energies%numerical_loss = m%energies%numerical_loss + (energy - total_energy(m))
    end subroutine match_particles

@@ -115,15 +115,16 @@ def test_bonds_that_are_far_too_weak_are_told_of(case):
     assert "tip 1 is in cells that are too coarse for its toughness" in run.stderr
 
 
-@pytest.mark.parametrize(("points", "way", "part"), [("-6.13e-3, -3.71e-3, 6.13e-3, 3.71e-3", 1e-9, 1e-6), ("-6.1e-3, -3.7e-3, 6.1e-3, 3.7e-3", 1e-6, 1e-3)])
-def test_symmetric_tips_grow_alike(case, text_of, points, way, part):
-    """A particle lies on the second crack. There what rounding makes of moments at which a tip sets off stays below a thousandth of its way."""
+@pytest.mark.parametrize("points", ["-6.13e-3, -3.71e-3, 6.13e-3, 3.71e-3", "-6.1e-3, -3.7e-3, 6.1e-3, 3.7e-3"])
+def test_symmetric_tips_grow_alike(case, text_of, points):
+    """A particle lies on the way of each tip of the second crack: it is split as cells there are cut, and bonded points hold what its halves do. They held it as one side had all of it:
+    G of the tips came to differ by up to 3 %."""
     text = text_of("symmetric_tips_unlike").replace("-6.1e-3, -3.7e-3, 6.1e-3, 3.7e-3", points)
     run = case("symmetric_tips_unlike", "--set", "run.end_time=10.5e-6", "--set", "output.history_interval=5e-7", text=text)
     assert run.code == 0, run.stderr
     assert run.row["tip_x"][-1] > 6.5e-3
-    assert run.row["tip_x_tip2"] == pytest.approx(-run.row["tip_x"], abs=way)
-    assert run.row["G_tip2"] == pytest.approx(run.row["G"], rel=part, abs=part)
+    assert run.row["tip_x_tip2"] == pytest.approx(-run.row["tip_x"], abs=1e-9)
+    assert run.row["G_tip2"] == pytest.approx(run.row["G"], rel=1e-6, abs=1e-6)
 
 
 def test_a_crack_that_has_parted_its_plate_says_so(case):
