@@ -191,7 +191,8 @@ contains
             bytes = bytes + copies*of_stiffness*fill
          end if
       end if
-      bytes = bytes + 8*ndim*occupied*model%grid%order**ndim*(3*modes_of(model) + 8) ! x, and the Lanczos vectors
+      if (model%method%time == 'modal') &        ! the modes, the Lanczos vectors and some to work with
+         bytes = bytes + 8*ndim*occupied*model%grid%order**ndim*(3*modes_of(model) + 8)
       if (mass_used(model) == 'lumped') return
       bytes = bytes + merge(of_quadratic_mass, of_mass, model%grid%order == 2)*cells
       if (model%method%mass == 'fmpm') return
