@@ -21,6 +21,7 @@ module hampm_reference_step
    use hampm_state_update, only: update_particle_state, hoop_resistance
    use hampm_problem, only: problem_t, sort_anew
    use hampm_step, only: report_jump
+   use hampm_nodal_fields, only: at_end => v_next
    use hampm_node_list, only: node_list_t
    use hampm_tensors, only: identity
    implicit none
@@ -89,6 +90,7 @@ contains
       do i = 1, m%particles%n
          m%particles%displacement(i, :) = m%particles%displacement(i, :) + dt*at_particle(m, i, v_next)
       end do
+      m%fields%velocity(:, :, at_end) = v_next   ! for what looks at nodes between rows
       m%energies%damping_loss = m%energies%damping_loss + dt*m%damping_rate*sum(spread(mass, 1, ndim)*v*v_next)
       m%state%last_dt = dt
       m%energies%external_work = m%energies%external_work + work
