@@ -78,7 +78,7 @@ SCENES = {
         ["output", {"file": "case.h5", "history_interval": 9.255260126692795e-07}],
     ]),
     "what tractions behind a closed tip bear beside their line": ("reverse", [
-        ["run", {"plane": "stress", "end_time": 1.362667700408506, "thickness": 0.01}],
+        ["run", {"plane": "stress", "end_time": 1.0220007753063795, "thickness": 0.01}],     # faces that slide part then, and rounding tells when
         ["grid", {"lower": [0.0, -0.22499999999999998], "cell": 0.03, "cells": [14, 13]}],
         ["material", {"name": "spare", "law": "mooney_rivlin", "young": 10000.0, "poisson": 0.49, "density": 1000.0, "c01": 1677.8523489932886}],
         ["material", {"name": "m0", "law": "neo_hookean", "young": 10000.0, "poisson": 0.49, "density": 2000.0}],
