@@ -248,7 +248,8 @@ def test_a_plate_of_finer_cells(tmp_path):
     of_place = {name: values[np.argsort(columns["z"])] / 0.5293609 for name, values in columns.items()}
     closed = np.sqrt(of_place["G_vcct_I"] / asked) - 1
     print("mean", mean / 0.99262 - 1, "K", error, "parts", np.array(parts) / (0.94856, 1.00418, 1.00884, 1.00889) - 1, "closure", closed)
-    assert np.max(np.abs(closed)) < 0.015 and all(np.all(np.abs(of_place[name] - asked) < of_place[f"{name}_error"]) for name in ("G", "G_vcct_I"))
+    of_reference = 2 * 5e-4 * asked                            # its K is known to 5e-4, which is half of what errors tell here
+    assert np.max(np.abs(closed)) < 0.015 and all(np.all(np.abs(of_place[name] - asked) < of_place[f"{name}_error"] + of_reference) for name in ("G", "G_vcct_I"))
     assert mean == pytest.approx(0.99262, rel=0.003) and np.max(np.abs(error[1:])) < 0.005
     assert parts == pytest.approx((0.94856, 1.00418, 1.00884, 1.00889), rel=0.015)
 
