@@ -495,7 +495,7 @@ def test_a_crack_grows_in_a_plate_that_flies(hampm, law):
     print(missing, row["crack_length"][-1], still["crack_length"][-1], np.std(row["K_I"][late] / still["K_I"][late]))
     assert missing < 1e-12
     assert row["crack_length"][-1] == pytest.approx(still["crack_length"][-1], rel=1e-9 if "prescribed" in law else 0.05)
-    assert "too coarse" not in said
+    assert "too coarse for its toughness" not in said and "faces have taken" not in said
     if "prescribed" in law:
         assert np.mean(row["K_I"][late] / still["K_I"][late]) == pytest.approx(1, abs=0.06)
         assert row["fracture_energy"][-1] == pytest.approx(still["fracture_energy"][-1], rel=0.05)
