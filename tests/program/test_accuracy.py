@@ -183,3 +183,12 @@ def test_a_penny_in_a_cube(tmp_path, error):
     truth = (1.0590 * 2 * 1e-3 / np.sqrt(np.pi))**2 * (1 - 0.3**2)
     print(f"off {g / truth - 1:.3%}, told {told / g:.3%}")
     assert abs(g / truth - 1) <= error
+
+
+def test_supports_that_end_between_nodes(hampm):
+    """What they hold depends on the cells: meshes are compared, and a warning says so."""
+    text = beam(0.05).replace("fix = 'y' /", "fix = 'y' /\n&constraint lower = 0.09, 0.0037  upper = 0.1, 0.01  fix = 'x' /", 1)
+    row = run(hampm, text)
+    assert "end between nodes" in row.said
+    assert abs(row["J"][-1] / G - 1) <= 0.05
+    assert "between nodes" not in run(hampm, beam(0.05)).said
