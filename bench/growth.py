@@ -19,6 +19,7 @@ The solutions are in tests/reference/growth; each file says where it is from. Ru
 import csv
 import itertools
 import math
+import sys
 
 import numpy as np
 import program_runs
@@ -398,12 +399,10 @@ def law(program, arguments):
 
 def draw_law(rows, path):
     """Draw G over the toughness with its scatter, and what faces take, over the speed."""
-    import matplotlib                                   # only here
+    sys.path.insert(0, str(ROOT / "postprocess"))
+    from pictures import plt  # noqa: PLC0415: only here
 
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, panels = pyplot.subplots(1, 2, figsize=(9, 3.4), sharey=True)
+    figure, panels = plt.subplots(1, 2, figsize=(9, 3.4), sharey=True)
     for (where, how), marker in zip(itertools.product(("plane", "slab"), ("explicit", "implicit")), "os^v"):
         mine = [row for row in rows if (row[1], row[2]) == (where, how)]
         speed, ratio, scatter, taken = (np.array([float(row[k]) for row in mine]) for k in (0, 5, 6, 7))

@@ -112,6 +112,7 @@ contains
       integer(long) :: clock_start
       real(dp) :: start, now                     ! processor time [s]
       call system_clock(clock_start)
+      call cpu_time(start)
       call check_threads(options%threads, failure)
       if (failure%failed()) return
       report = surplus_threads(options%threads)

@@ -170,23 +170,28 @@ contains
          errors%by_mode = .true.
          errors%of_tip = crack%part_of_tip()
          field = fields_at(problem%materials, tip)
-         associate (own => crack%g, deficit => crack%deficit())
+         associate (own => crack%g, deficit => crack%deficit(), best => crack%best(), correction => crack%correction())
             do k = 1, size(values%estimates)
-               values%estimates(k)%error%relative = relative_errors(found%estimates(k)%rate, own, deficit, hardly**2) &
-                                                    *merge(1 + uncertainty, 1.0_dp, values%estimates(k)%by%needs_mass)
+               values%estimates(k)%error%relative = &
+                  relative_errors(found%estimates(k)%rate, own, deficit, best, correction, hardly**2)* &
+                  merge(1 + uncertainty, 1.0_dp, values%estimates(k)%by%needs_mass)
             end do
-            errors%domain%relative = relative_errors(found%domain, own, deficit, hardly**2)
+            errors%domain%relative = relative_errors(found%domain, own, deficit, best, correction, hardly**2)
             ! In material whose modes turn into each other both have the relative error of either, unless one of them is small
             errors%intensity%relative = relative_errors(found%intensity, field(1)%typical_intensities(own), deficit/2, &
+                                                        field(1)%typical_intensities(best), correction/2, &
                                                         merge(hardly, 10*hardly, problem%materials(tip%material)%isotropic))
             if (.not. problem%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
             ! Between two materials the share of each mode depends on the cell size
             if (tip%phase_length > 0) errors%intensity%relative = &
                maxval(relative_errors([norm(found%intensity)], [norm(field(1)%typical_intensities([sum(own), 0.0_dp]))], &
-                                      [sum(deficit*own)/sum(own)]/2, hardly)) &
+                                      [sum(deficit*own)/sum(own)]/2, &
+                                      [norm(field(1)%typical_intensities([sum(best), 0.0_dp]))], &
+                                      [sum(correction*best)/sum(best)]/2, hardly)) &
                *(turn_of(field(1)) + abs(found%intensity)/max(norm(found%intensity), tiny(1.0_dp)))
             if (allocated(found%j)) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(own)], &
-                                                                                [sum(deficit*own)/sum(own)], hardly**2))
+                                                               [sum(deficit*own)/sum(own)], [sum(best)], &
+                                                               [sum(correction*best)/sum(best)], hardly**2))
          end associate
       end associate
    end subroutine estimate_at_node

@@ -85,18 +85,25 @@ module hampm_estimated_errors
 contains
 
    !> Relative errors of columns that are `value` in the static solution in which the energy tells `own`, which may lack its part
-   !> `deficit`. Both are of the same cells: what they differ by is an error beside that, whatever its sign. A nearly absent mode,
-   !> in `own` or as a value, has the relative error of the other.
-   pure function relative_errors(value, own, deficit, least) result(relative)
+   !> `deficit`. Both are of the same cells: what they differ by is an error beside that, whatever its sign. And not less than
+   !> against the estimate `best`, up to a part of its correction. A nearly absent mode, in `own` or as a value, has the relative
+   !> error of the other.
+   pure function relative_errors(value, own, deficit, best, correction, least) result(relative)
       real(dp), intent(in) :: value(:), own(:)   !! by mode, in the unit of the column; only their sizes count
       real(dp), intent(in) :: deficit(:)         !! of `own` [-]
+      real(dp), intent(in) :: best(:), correction(:) !! estimate in the same unit, and its relative correction [-]
       real(dp), intent(in) :: least              !! least ratio of a present mode to the other [-]
-      real(dp) :: relative(size(value))          !! [-]
+      real(dp) :: relative(size(value)), against(size(value)) !! [-]
       logical :: there(size(value))
       there = abs(own) > least*maxval(abs(own)) .and. abs(value) > least*maxval(abs(value))
       relative = 0
       where (there) relative = abs(abs(own/value) - 1) + deficit*abs(own/value)
       where (.not. there) relative = maxval(relative)
+      there = abs(best) > least*maxval(abs(best)) .and. abs(value) > least*maxval(abs(value))
+      against = 0
+      where (there) against = abs(abs(best/value) - 1) + uncertainty*correction*abs(best/value)
+      where (.not. there) against = maxval(against)
+      relative = max(relative, against)
    end function relative_errors
 
    !> How long samples swing about a line in the waves that cells cannot carry [s].

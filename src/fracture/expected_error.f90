@@ -91,11 +91,31 @@ module hampm_expected_error
       real(dp) :: by_cells(modes) = 0            !! deficit by the cells away from the tip [J/m2]
       real(dp) :: shortness(modes) = 0           !! [cells]
    contains
+      procedure :: best
+      procedure :: correction
       procedure :: deficit
       procedure :: part_of_tip
    end type static_crack_t
 
 contains
+
+   !> Estimate of G, by mode [J/m2]. If the corrections would leave next to nothing of it, they are errors of its size.
+   pure function best(self)
+      class(static_crack_t), intent(in) :: self
+      real(dp) :: best(modes)
+      real(dp), parameter :: least = 0.1_dp      ! part of the found value
+      best = max(self%g + self%by_tip + self%by_cells, least*self%g, tiny(1.0_dp))
+   end function best
+
+   !> Relative correction of the estimate, by mode; of a nearly absent mode that of both together [-].
+   pure function correction(self)
+      class(static_crack_t), intent(in) :: self
+      real(dp) :: correction(modes)
+      associate (corrected => abs(self%by_tip) + abs(self%by_cells), g => self%best())
+         correction = sum(corrected)/sum(g)
+         where (g > hardly**2*sum(g)) correction = corrected/g
+      end associate
+   end function correction
 
    !> Part that the G of the cells lacks, by mode; of a nearly absent mode that of both together [-]: the corrections, which may
    !> cancel, and what is uncertain of each. They are of first order in the cell over the length in which G changes; the shortness

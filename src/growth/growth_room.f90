@@ -310,7 +310,7 @@ contains
       is_new = .false.
       do k = 1, size(growing%points)
          if (.not. growing%points(k)%has_ended .or. growing%points(k)%is_loose) cycle
-         growing%points(k)%is_loose = .not. holds_on(interfaces, k)
+         growing%points(k)%is_loose = .not. holds_on(interfaces, k, growing%points(k)%crack)
          is_new = is_new .or. growing%points(k)%is_loose
       end do
    end subroutine find_loose_tips

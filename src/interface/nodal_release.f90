@@ -128,10 +128,11 @@ contains
    end function failing_force
 
    !> Whether any bonded point on the path of a tip still holds.
-   pure logical function holds_on(interfaces, tip)
+   pure logical function holds_on(interfaces, tip, crack)
       type(interfaces_t), intent(in) :: interfaces
-      integer, intent(in) :: tip                 !! its number
+      integer, intent(in) :: tip, crack          !! their numbers; fronts of a crack of a solid hold on together
       integer :: k
-      holds_on = any([(interfaces%list(k)%tip == tip .and. pulls(interfaces%list(k)), k=1, interfaces%n)])
+      holds_on = any([((interfaces%list(k)%tip == tip .or. interfaces%list(k)%plane == crack) .and. &
+                       pulls(interfaces%list(k)), k=1, interfaces%n)])
    end function holds_on
 end module hampm_nodal_release

@@ -72,7 +72,7 @@ def test_a_new_group_is_one_file(tree):
     ("crack.toml", "if = '&crack length', requires", "if = '&crack length', require", "crack.toml: a rule has"),
     ("damping.toml", "range = '[0, inf)'", "range = '0 .. inf'", "is no interval"),
     ("damping.toml", "unit =", "units =", "damping.toml: rate has ['units']"),
-    ("order.toml", "'probe', 'output']", "'prob', 'output']", "order.toml names ['prob'], of which there is no file"),
+    ("order.toml", "'accuracy', 'output']", "'accurac', 'output']", "order.toml names ['accurac'], of which there is no file"),
     ("body.toml", "by_hand = ['lower',", "by_hand = ['lowest',", "by_hand has ['lowest']"),
 ])
 def test_what_it_could_not_mean_is_refused(tree, name, old, new, said):
