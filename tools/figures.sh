@@ -247,6 +247,11 @@ draw_impact() {
     "$python" postprocess/plot_field.py $out/wedge_dcb.h5 --field stress_xx --size 1.3 --no-mesh --width 5 --dpi 85 --output $out/wedge_dcb.png
 }
 
+# G over the toughness of tips and fronts in strips, and what their faces take; a quarter of an hour
+draw_law() {
+    "$python" bench/growth.py law --output $out
+}
+
 # A film that peels as it is heated, and a crack that a wedge drives
 draw_peel() {
     run input/peeling_film.nml peeling_film
