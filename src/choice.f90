@@ -29,6 +29,8 @@ module hampm_choice
    real(dp), parameter :: worth = 0.3_dp         !! work of pilots of another family over that of the best so far, at most
    real(dp), parameter :: step_of_lattice = 1.5_dp !! number of the lattice of the second pilot over that of the first
    real(dp), parameter :: least_factor = 1.05_dp !! by which a run that falls short makes the prediction larger
+   real(dp), parameter :: least_predicted = 1e-9_dp !! of predicted errors and differences that are compared [-]
+   real(dp), parameter :: stalled = 0.8_dp       !! part of the last error from which on finer meshes are no use
    integer, parameter :: most_tries = 6          !! of runs that fall short
 
    !> The choice for a model.
@@ -366,7 +368,7 @@ contains
       integer, intent(in) :: threads
       type(model_t), intent(inout) :: model
       type(failure_t), intent(inout) :: failure
-      real(dp) :: factor, gained
+      real(dp) :: factor, gained, last
       type(mesh_t) :: before
       integer :: family
       logical :: deepens                         ! whether the second mesh is the first one with more levels
@@ -374,6 +376,7 @@ contains
       before = choice%mesh
       family = choice%family
       choice%tries = choice%tries + 1
+      last = choice%reached
       choice%reached = pilot%error
       if (choice%is_judged) return
       associate (trials => choice%trials(family), compares => choice%trials(family)%compares)
@@ -382,6 +385,7 @@ contains
          deepens = .not. (compares .or. ndim == 3 .or. choice%limits%has_levels)
          if (choice%tries == 2 .and. deepens) call trials%fit(choice%first, choice%first, pilot, trials%first, before)
          if (pilot%error <= 1 .and. .not. compares .or. pilot%error >= no_value .or. choice%tries > most_tries) return
+         if (choice%tries > 2 .and. .not. compares .and. pilot%error > stalled*last) return
          if (choice%tries == 1 .and. (compares .or. ndim == 3)) then
             call choose_by_pilots(choice, pilot, threads, model, failure)
          else if (choice%tries == 1 .and. deepens) then
@@ -390,10 +394,10 @@ contains
          else if (choice%tries == 1 .or. choice%tries == 2 .and. deepens) then
             call take_cheapest(choice, model, failure)
          else
-            factor = max(pilot%error/max(choice%predicted, tiny(1.0_dp)), least_factor)
+            factor = max(pilot%error/max(choice%predicted, least_predicted), least_factor)
             if (compares) then                      ! what it differs by from the last run, beside what it was to differ by
                gained = trials%error_of(trials%compared) - trials%error_of(choice%mesh)
-               factor = worst_difference(trials%values, pilot%values)/max(gained, tiny(1.0_dp))
+               factor = worst_difference(trials%values, pilot%values)/max(gained, least_predicted)
                choice%reached = max(pilot%error, factor*choice%predicted)
                factor = max(factor, least_factor)
                trials%compared = choice%mesh

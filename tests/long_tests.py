@@ -37,5 +37,5 @@ PARTS = {"test_lessons": ("2_", "11_", "18_", "20_", "6_", "7_", "8_", "9_", "10
          "test_regression": ("dcb_dynamic-alpha10000", "dcb_dynamic-undamped", "chen-0.2mm", "figure_10-unlumped")}
 
 # Files of tests/program whose runs are short enough for the build with all checks and traps; tests/cases and tests/lab have it, too
-CHECKED = {"exercises", "test_interfaces", "test_line_mass_identity", "test_moved_nodes", "test_permissions", "test_result_file",
+CHECKED = {"exercises", "test_accuracy", "test_interfaces", "test_line_mass_identity", "test_moved_nodes", "test_permissions", "test_result_file",
            "test_supports", "test_weight_and_eigenstrain"}

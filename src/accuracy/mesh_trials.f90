@@ -190,7 +190,8 @@ contains
       integer :: lattice, level
       least_work = huge(least_work)
       least_error = huge(least_error)
-      most_work = limits%seconds/max(trials%seconds, tiny(1.0_dp))
+      most_work = huge(most_work)
+      if (limits%seconds < huge(1.0_dp) .and. trials%seconds > 0) most_work = limits%seconds/trials%seconds
       call look(most_work)
       if (least_error > 1) call look(min(most_work, patience*trials%work_of(trials%first)))
 

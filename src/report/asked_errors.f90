@@ -1,5 +1,6 @@
 !> Errors that are asked of columns of the history (&accuracy), and those that rows tell.
 module hampm_asked_errors
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use hampm_kinds, only: dp
    use hampm_archive, only: archive_t
    use hampm_failure, only: failure_t, exit_input
@@ -126,7 +127,7 @@ contains
    !> The largest size of numbers, of a tip that has ended 0.
    pure real(dp) function largest(numbers)
       real(dp), intent(in) :: numbers(:)
-      largest = maxval(abs(numbers), mask=abs(numbers) <= huge(largest))
+      largest = maxval(abs(numbers), mask=ieee_is_finite(numbers))
       largest = max(largest, 0.0_dp)
    end function largest
 
@@ -153,8 +154,8 @@ contains
             j = j + 1
          end do
          if (j == b%n) exit
-         part = (a%times(i) - b%times(j))/max(b%times(j + 1) - b%times(j), tiny(1.0_dp))
-         part = min(max(part, 0.0_dp), 1.0_dp)
+         part = min(max(a%times(i) - b%times(j), 0.0_dp), b%times(j + 1) - b%times(j))
+         if (part > 0) part = part/(b%times(j + 1) - b%times(j))
          difference = max(difference, abs(a%values(i) - (1 - part)*b%values(j) - part*b%values(j + 1))/b%value)
       end do
    end function difference
