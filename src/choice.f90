@@ -1,9 +1,9 @@
 !> The choice of mesh and steps by the errors that &accuracy asks. What the user gives stays, what he leaves out is chosen.
 !>
-!> Each family of meshes and steps that the rules allow is tried on three coarse meshes, its pilots: on the coarsest lattice,
-!> with more levels around the tips, and on a finer lattice. The cheapest mesh of all families whose error is predicted to be
-!> small enough (`hampm_mesh_trials`) is run; where it falls short, it makes the prediction larger, and another mesh is run. At
-!> rest the first pilot is a run: often it is enough.
+!> At rest in the plane the coarsest mesh runs first, then one with as many levels as the tips need, and then the cheapest one whose
+!> error is predicted to be small enough (`hampm_mesh_trials`); each run that falls short corrects the prediction. In motion, in
+!> solids, and where only other meshes tell an error, each family of meshes and steps that the rules allow has three coarse runs
+!> before, its pilots: on the coarsest lattice, with more levels around the tips, and on a finer lattice.
 module hampm_choice
    use hampm_kinds, only: dp, ndim
    use hampm_asked_errors, only: no_value, worst_difference, worst_ratio
@@ -11,7 +11,7 @@ module hampm_choice
    use hampm_failure, only: failure_t, exit_computation
    use hampm_families, only: family_t, families
    use hampm_lattices, only: lattices_t, new_lattices
-   use hampm_mesh_trials, only: aim, limits_t, mesh_t, most_particles, pilot_t, trials_t
+   use hampm_mesh_trials, only: aim, is_better, limits_t, mesh_t, most_particles, pilot_t, trials_t
    use hampm_model, only: model_t
    use hampm_model_materials, only: materials_of
    use hampm_reading, only: understand_model
@@ -64,7 +64,7 @@ contains
       character(*), intent(in) :: path, text     !! of the namelist file
       type(string_t), intent(in) :: overrides(:) !! of the command line
       integer, intent(in) :: threads
-      logical, intent(in) :: is_without_run             !! whether the choice is wanted without a run
+      logical, intent(in) :: is_without_run      !! whether the choice is wanted without a run
       type(model_t), intent(inout) :: model      !! as it is given; then with what is chosen
       type(settings_t), intent(in) :: written
       type(choice_t), intent(out) :: choice
@@ -72,6 +72,8 @@ contains
       type(failure_t) :: refused
       type(pilot_t) :: pilot
       type(mesh_t) :: deeper
+      real(dp) :: verdict                        ! error of the mesh over that asked, predicted where it has not been run [-]
+      logical :: goes
       choice%path = path
       choice%text = text
       choice%given = overrides
@@ -85,10 +87,8 @@ contains
       choice%is_open = .not. (choice%limits%has_lattice .and. choice%limits%has_levels .and. &
                               written%given(written%find('grid', 1), 'order'))
       if (.not. choice%is_open) return
-      if (any(model%accuracy%most_time > 0)) choice%limits%seconds = &
-         minval(model%accuracy%most_time, mask=model%accuracy%most_time > 0)
-      if (any(model%accuracy%most_memory > 0)) choice%limits%bytes = &
-         minval(model%accuracy%most_memory, mask=model%accuracy%most_memory > 0)
+      choice%limits%seconds = minval(model%accuracy%most_time, mask=model%accuracy%most_time > 0) ! huge where there is none
+      choice%limits%bytes = minval(model%accuracy%most_memory, mask=model%accuracy%most_memory > 0)
       choice%lattices = new_lattices(model)
       call find_families(choice, failure)
       if (failure%failed()) return
@@ -103,8 +103,10 @@ contains
             call failure%report(refused%code, refused%message, refused%records)
             return
          end if
-         if (.not. goes_on(choice, pilot, threads, model, failure)) exit
-         if (model%method%time /= 'static') exit
+         goes = goes_on(choice, pilot, threads, model, failure)
+         verdict = merge(choice%predicted, choice%reached, goes)
+         if (failure%failed()) return
+         if (.not. goes .or. model%method%time /= 'static') exit
       end do
       choice%is_judged = model%method%time == 'static'
       if (choice%is_judged) choice%predicted = choice%reached
@@ -115,10 +117,8 @@ contains
             if (.not. refused%failed()) call trials%fit(choice%first, choice%first, pilot, trials%first, deeper)
          end if
       end associate
-      choice%tries = 0
-      if (failure%failed() .or. .not. any(choice%asked%accuracy%must)) return
-      if (max(choice%reached, choice%predicted) > 1) call failure%report(exit_computation, '&accuracy error: it cannot be '// &
-         'reached within the limits: the best mesh has '//digits_text(max(choice%reached, choice%predicted), 2)// &
+      if (verdict > 1 .and. any(choice%asked%accuracy%must)) call failure%report(exit_computation, '&accuracy error: it cannot '// &
+         'be reached within the limits: the best mesh has '//digits_text(verdict, 2)// &
          ' times the error asked. Ask for less, allow more time or memory, or use must = .false. for that mesh')
    end subroutine choose
 
@@ -220,13 +220,17 @@ contains
       if (.not. choice%limits%has_levels) deeper_mesh%levels = trials%first%levels + trials%family%level_step
       deeper = first
       if (.not. choice%limits%has_levels) call try(choice, trials%family, deeper_mesh, threads, deeper, refused)
-      if (refused%failed()) deeper_mesh = trials%first
-      if (refused%failed()) deeper = first
+      if (refused%failed()) then
+         deeper_mesh = trials%first
+         deeper = first
+      end if
       finer = first
       if (.not. choice%limits%has_lattice .and. (trials%compares .or. deeper%error > aim)) &
          call try(choice, trials%family, finer_mesh, threads, finer, refused)
-      if (refused%failed()) finer_mesh = trials%first
-      if (refused%failed()) finer = first
+      if (refused%failed()) then
+         finer_mesh = trials%first
+         finer = first
+      end if
       call trials%fit(first, finer, deeper, finer_mesh, deeper_mesh)
    end subroutine try_family
 
@@ -283,15 +287,16 @@ contains
       end do
       if (.not. choice%limits%has_levels .and. (mesh%levels > 0 .or. choice%written%find('refine', 1) == 0)) then
          call add('refine.indicator='//trim(merge('tip ', 'none', mesh%levels > 0)))
-         if (mesh%levels > 0) call set('refine', 'max_level', to_text(mesh%levels))
-         if (mesh%levels > 0) call set('refine', 'rings', to_text(family%rings))
-         if (mesh%levels > 0) call set('refine', 'max_particles', to_text(nint(2*most_particles)))
+         if (mesh%levels > 0) then
+            call set('refine', 'max_level', to_text(mesh%levels))
+            call set('refine', 'rings', to_text(family%rings))
+            call set('refine', 'max_particles', to_text(nint(2*most_particles)))
+         end if
       end if
       if (family%time /= choice%asked%method%time) call add('method.time='//trim(family%time))
       if (family%time == 'implicit' .and. .not. (written_key('method', 'time_step') .or. written_key('method', 'courant'))) &
          call add('method.time_step='//to_text(choice%lattices%cell_size(mesh%lattice)/ &
                                                largest_wave_speed(materials_of(choice%asked), 'dilatational')))
-      if (family%mass /= '') call set('method', 'mass', trim(family%mass))
       if (size(choice%asked%energy_release%chosen) == 0 .and. size(choice%asked%paths) + size(choice%asked%planes) > 0) &
          call add('energy_release.estimators=''domain_integral''')
 
@@ -332,7 +337,7 @@ contains
       do k = 1, size(choice%trials)
          if (.not. choice%trials(k)%is_allowed) cycle
          call choice%trials(k)%find_cheapest(choice%limits, mesh, work, error)
-         if (error > least_error .or. .not. error < least_error .and. work >= least_work) cycle
+         if (.not. is_better(error, work, least_error, least_work)) cycle
          least_error = error
          least_work = work
          best = mesh
@@ -377,8 +382,11 @@ contains
       family = choice%family
       choice%tries = choice%tries + 1
       last = choice%reached
+      if (choice%is_judged) then                 ! by runs of the same meshes
+         choice%reached = max(choice%reached, pilot%error)
+         return
+      end if
       choice%reached = pilot%error
-      if (choice%is_judged) return
       associate (trials => choice%trials(family), compares => choice%trials(family)%compares)
          if (choice%tries == 1) choice%first = pilot
          if (choice%tries == 1) call trials%fit(pilot, pilot, pilot, trials%first, trials%first)
@@ -395,7 +403,7 @@ contains
             call take_cheapest(choice, model, failure)
          else
             factor = max(pilot%error/max(choice%predicted, least_predicted), least_factor)
-            if (compares) then                      ! what it differs by from the last run, beside what it was to differ by
+            if (compares) then                   ! what it differs by from the last run, beside what it was to differ by
                gained = trials%error_of(trials%compared) - trials%error_of(choice%mesh)
                factor = worst_difference(trials%values, pilot%values)/max(gained, least_predicted)
                choice%reached = max(pilot%error, factor*choice%predicted)

@@ -4,6 +4,7 @@ module hampm_choice_report
    use hampm_choice, only: choice_t
    use hampm_mesh_trials, only: mesh_t, trials_t, most_particles
    use hampm_model, only: model_t
+   use hampm_reading, only: split_instance
    use hampm_text, only: to_text, three_digits, digits_text
    implicit none
    private
@@ -55,14 +56,11 @@ contains
       text = model%as_used
       do k = size(choice%given) + 1, size(choice%overrides)
          associate (set => choice%overrides(k)%text)
-            group = set(:index(set, '.') - 1)
+            call split_instance(set(:index(set, '.') - 1), group, number)
             key = set(index(set, '.') + 1:index(set, '=') - 1)
          end associate
-         number = 1
-         if (index(group, '(') > 0) read (group(index(group, '(') + 1:len(group) - 1), *) number
-         if (index(group, '(') > 0) group = group(:index(group, '(') - 1)
          first = 1
-         do number = number, 1, -1
+         do number = max(number, 1), 1, -1
             first = first + index(nl//text(first:), nl//'&'//group//nl)
          end do
          first = first + index(text(first:), nl//'   '//key//' =')

@@ -149,6 +149,7 @@ contains
                call print_text(duration_report(measured_duration(simulation, resources%rows, clock_start)), failure)
          end if
       else
+         if (choice%pilots > 0 .and. .not. options%quiet) write (output_unit, '(a)', advance='no') choice_report(choice, model)
          do
             call start_run(options, simulation, failure)
             call cpu_time(now)

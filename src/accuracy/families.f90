@@ -17,7 +17,6 @@ module hampm_families
       real(dp) :: work                           !! at rest and for modes of each particle, times the logarithm of their number;
                                                  !! in steps of each of them, a step being that of a wave through a root cell;
                                                  !! in units of some 0.1 us
-      character(24) :: mass = ''                 !! of &method; '' as the model has it
    end type family_t
 
    logical, parameter :: plane = ndim == 2

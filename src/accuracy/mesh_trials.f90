@@ -10,14 +10,14 @@ module hampm_mesh_trials
    use hampm_families, only: family_t
    implicit none
    private
-   public :: mesh_t, pilot_t, trials_t, limits_t, aim, most_particles
+   public :: mesh_t, pilot_t, trials_t, limits_t, is_better, aim, most_particles
 
    real(dp), parameter :: aim = 0.8_dp           !! part of the asked error at which a choice aims
    real(dp), parameter :: patience = 20          !! work of a mesh over that of the first where none reaches the error
    real(dp), parameter :: of_row = 1.5_dp        !! work of a row of the history for each particle
    real(dp), parameter :: least_order = 0.5_dp, most_order = 6, usual_order = 2 !! of the error away from the tips in the cell
    real(dp), parameter :: least_part = 1e-3_dp   !! of the cells away from the tips in an error
-   integer, parameter :: order_of_differences = 1      !! in the cell, of errors that only other meshes tell, at least
+   integer, parameter :: order_of_differences = 1 !! in the cell, of errors that only other meshes tell, at least
    real(dp), parameter :: most_particles = 4e6_dp !! of a mesh that is chosen
    integer, parameter :: most_lattice = 200      !! number of a lattice over that of the coarsest
 
@@ -188,8 +188,6 @@ contains
       type(mesh_t) :: mesh
       real(dp) :: work, error, most_work
       integer :: lattice, level
-      least_work = huge(least_work)
-      least_error = huge(least_error)
       most_work = huge(most_work)
       if (limits%seconds < huge(1.0_dp) .and. trials%seconds > 0) most_work = limits%seconds/trials%seconds
       call look(most_work)
@@ -210,7 +208,7 @@ contains
                if (work > most_work .or. trials%particles_of(mesh) > most_particles) cycle
                if (trials%particles_of(mesh)*trials%bytes > limits%bytes) cycle
                error = max(trials%error_of(mesh), aim)
-               if (error > least_error .or. .not. error < least_error .and. work >= least_work) cycle
+               if (.not. is_better(error, work, least_error, least_work)) cycle
                least_error = error
                least_work = work
                best = mesh
@@ -218,4 +216,10 @@ contains
          end do
       end subroutine look
    end subroutine find_cheapest
+
+   !> Whether a mesh is better than the best so far: by its error, or of the same error by its work.
+   pure logical function is_better(error, work, least_error, least_work)
+      real(dp), intent(in) :: error, work, least_error, least_work
+      is_better = error < least_error .or. .not. error > least_error .and. work < least_work
+   end function is_better
 end module hampm_mesh_trials

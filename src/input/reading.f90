@@ -20,7 +20,7 @@ module hampm_reading
    use hampm_keys, only: groups, keys, find_group, find_key, first_key, unknown_group, unknown_key, is_text, new_entry
    implicit none
    private
-   public :: read_model, understand_model
+   public :: read_model, understand_model, split_instance
 
    real(dp), parameter :: most_factorised = merge(1.0e6_dp, 3.0e4_dp, ndim == 2) !! cells up to which `solver = 'auto'` factorises
 

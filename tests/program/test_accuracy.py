@@ -1,6 +1,7 @@
 """Errors that are asked (&accuracy): the program chooses lattice, order, levels and steps, and keeps within the error of solutions that are known otherwise."""
 
 import csv
+import re
 import subprocess
 
 import h5py
@@ -140,15 +141,32 @@ def test_growth_at_rest(hampm):
     assert np.max(np.abs(row["load_factor"][there] / np.sqrt(100.0 / beam_theory) - 1)) <= 0.005
 
 
-def test_freund(hampm):
-    """A wave that meets a crack, in motion: K(t) of Freund's solution of a step, summed over the rise of the wave, within the error in all rows."""
+def wave(error, keys=""):
+    """A wave that meets a crack, without what is chosen."""
     text = (INPUT / "freund_static.nml").read_text()
     for name in ("grid", "method", "energy_release"):
         before, _, rest = text.partition(f"&{name}\n")
         text = before + rest.partition("\n/\n")[2]
     before, _, rest = text.partition("&load                     ! held")
     text = before + rest.partition("\n/\n")[2]
-    row = run(hampm, text + "&accuracy quantity = 'K_I'  error = 0.05  at = 'all' /\n", "output.file=out.h5")
+    return text + f"&accuracy quantity = 'K_I'  error = {error}  at = 'all'  {keys} /\n"
+
+
+def test_a_choice_with_limits_is_the_same(hampm):
+    """In motion the choice is made before the run where there are limits, and by the first run else: the same mesh, and the same error at its end."""
+    said = []
+    for keys in ("", "must = .true.  most_time = 1e6"):
+        (hampm.folder / "wave.nml").write_text(wave(0.05, keys))
+        result = hampm("wave.nml", "--force", "--set", "output.file=wave.h5")
+        assert result.returncode == 0, result.stderr
+        with h5py.File(hampm.folder / "wave.h5") as file:
+            said.append((file["history/K_I"][:].tobytes(), re.search(r"accuracy of K_I: .*", result.stdout)[0]))
+    assert said[0] == said[1]
+
+
+def test_freund(hampm):
+    """K(t) of Freund's solution of a step, summed over the rise of the wave, within the error in all rows."""
+    row = run(hampm, wave(0.05), "output.file=out.h5")
     young, nu, rho, height, rise = 199.992e9, 0.3, 5000.0, 10e-3, 0.7e-6
     speed = np.sqrt(young * (1 - nu) / ((1 + nu) * (1 - 2 * nu) * rho))
     x = np.linspace(0, 1, 2001)
