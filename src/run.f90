@@ -67,7 +67,7 @@ contains
       real(dp), intent(in) :: samples            !! of the history
       integer(long), intent(in) :: clock_start   !! ticks when the program has started
       real(dp) :: duration
-      real(dp), parameter :: patience = 0.3_dp   ! for the steps [s]
+      real(dp), parameter :: patience = 0.05_dp  ! for the steps [s]
       integer, parameter :: most_steps = 1000, most_at_rest = 100000
       type(failure_t) :: failure
       integer, parameter :: grown = 12, turned = 16 ! equilibria of a load step with quasi-static growth; with turning cracks

@@ -117,39 +117,40 @@ contains
       integer, intent(in) :: e
       real(dp), intent(inout) :: matrix(:, :)
       real(dp), dimension(m%grid%n_functions, n_derivatives(m)) :: gradient, mean
-      real(dp) :: moduli(ndim, n_derivatives(m), ndim, n_derivatives(m)), u(ndim, m%grid%n_functions), &
-                  stress(ndim, n_derivatives(m))
-      integer :: i, j, k, dofs
-      dofs = size(matrix, 1)
+      real(dp) :: strain(ndim*n_derivatives(m), size(matrix, 1)), moduli(ndim*n_derivatives(m), ndim*n_derivatives(m))
+      integer :: i
       mean = mean_gradient_in(m, e)
       associate (p => m%particles, b => m%blocks)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             associate (material => m%materials(p%material(i)))
                gradient = derivatives_at(m, i)
-               moduli = moduli_of(material, n_derivatives(m), p%gradient_of(i), p%history_of(i), p%hoop_of(i))
-               do k = 1, dofs
-                  u = reshape([(merge(1.0_dp, 0.0_dp, j == k), j=1, dofs)], [ndim, m%grid%n_functions])
-                  stress = product_of_moduli(moduli, strain_by(u, gradient, mean, material%mean_dilatation))
-                  matrix(:, k) = matrix(:, k) + p%volume(i)*reshape(forces_by(stress, gradient, mean, material%mean_dilatation), &
-                                                                    [dofs])
-               end do
+               moduli = reshape(moduli_of(material, n_derivatives(m), p%gradient_of(i), p%history_of(i), p%hoop_of(i)), &
+                                shape(moduli))
+               strain = strains_by_corners(gradient, mean, material%mean_dilatation)
+               matrix = matrix + p%volume(i)*matmul(transpose(strain), matmul(moduli, strain))
             end associate
          end do
       end associate
    end subroutine tangent_by_means
 
-   !> Stress of moduli and a displacement gradient [Pa].
-   pure function product_of_moduli(moduli, h) result(stress)
-      real(dp), intent(in) :: moduli(:, :, :, :), h(:, :)
-      real(dp) :: stress(ndim, size(h, 2))
-      integer :: j, k
-      stress = 0
-      do k = 1, size(h, 2)
-         do j = 1, ndim
-            stress = stress + moduli(:, :, j, k)*h(j, k)
+   !> Displacement gradients at a particle, their components consecutive, by a unit displacement of each corner in each direction
+   !> [1/m]; their trace is the mean where it is shared.
+   pure function strains_by_corners(gradient, mean, shares) result(strain)
+      real(dp), intent(in) :: gradient(:, :), mean(:, :) !! [1/m], (corners, derivatives)
+      logical, intent(in) :: shares
+      real(dp) :: strain(size(gradient, 2)*ndim, ndim*size(gradient, 1)), h(ndim, size(gradient, 2)), missing(ndim)
+      integer :: c, i
+      do c = 1, size(gradient, 1)
+         missing = 0
+         if (shares) missing = of_trace(mean(c, :) - gradient(c, :))/ndim
+         do i = 1, ndim
+            h = 0
+            h(i, :) = gradient(c, :)
+            h(:, :ndim) = h(:, :ndim) + missing(i)*identity
+            strain(:, ndim*(c - 1) + i) = reshape(h, [size(h)])
          end do
       end do
-   end function product_of_moduli
+   end function strains_by_corners
 
    !> Displacement gradient at a particle by displacements of the corners, whose trace is the mean where it is shared [-].
    pure function strain_by(u, gradient, mean, shares) result(h)
@@ -158,13 +159,13 @@ contains
       logical, intent(in) :: shares
       real(dp) :: h(ndim, size(gradient, 2)), missing
       integer :: c
-      h = 0
+      h = matmul(u, gradient)
+      if (.not. shares) return
       missing = 0
       do c = 1, size(u, 2)
-         h = h + spread(u(:, c), 2, size(gradient, 2))*spread(gradient(c, :), 1, ndim)
          missing = missing + dot_product(u(:, c), of_trace(mean(c, :) - gradient(c, :)))
       end do
-      if (shares) h(:, :ndim) = h(:, :ndim) + missing/ndim*identity
+      h(:, :ndim) = h(:, :ndim) + missing/ndim*identity
    end function strain_by
 
    !> Derivative of the trace of H by a displacement in each direction, from the derivatives of a shape function [1/m].
