@@ -1,6 +1,7 @@
-"""The step of src/time/reference_step.f90 in numpy, by the same names and in the same order, for the models of lessons 1 to 5.
+"""The step of src/time/reference_step.f90 in numpy, by the same names and in the same order, for the models of lessons 1 to 5 and 7.
 
     .venv/bin/python docs/lessons/mpm.py docs/lessons/3_energy.nml method.scheme=usf > usf.csv
+    .venv/bin/python docs/lessons/mpm.py docs/lessons/7_energy_release_rate.nml grid.cell=2.5e-3 grid.cells=40,5 > beam.csv
 
 The functions of all nodes at all particles are one matrix, N[p, i] = N_i(x_p), and their gradients two, dN[j, p, i]: mapping to the nodes is a
 product with the transpose, mapping to the particles one with the matrix. Nearly all of it is zero, which is why hampm does not do it that way.
@@ -18,7 +19,7 @@ CORNERS = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
 def reference_step(m, dt):
     """Advance the particles by one step, and book the work of the loads."""
     p = m.particles
-    N, dN = functions_at(m, p.reference + p.displacement, m.cell)
+    N, dN = functions_at(m, place(m), m.cell)
     for load in m.loads:
         place_load(m, load)
     external = sum(load.N.T @ np.outer(load.fraction, load.force) * factor(load, m.time) for load in m.loads)
@@ -26,7 +27,7 @@ def reference_step(m, dt):
     v = map_velocity(m, N, A)
     if m.scheme in ("usf", "usavg"):
         strain(m, dN, v, dt if m.scheme == "usf" else dt / 2)
-    a = divide_by_mass(A, map_force(m, dN) + external)                     # (5)
+    a = divide_by_mass(A, map_force(m, dN) + external) - m.damping_rate * v  # (5)
     v_next = v + a * dt
     p.velocity += dt * N @ a
     if m.scheme == "usl":
@@ -39,7 +40,12 @@ def reference_step(m, dt):
             m.external_work += mean * dt * load.fraction @ load.N @ v_mapped @ load.force
     p.displacement += dt * N @ v_next
     m.time += dt
-    m.cell = np.floor((p.reference + p.displacement - m.lower) / m.h).astype(int)
+    m.cell = np.floor((place(m) - m.lower) / m.h).astype(int)
+
+
+def place(m):
+    """Where the particles are in the grid: in the total frame they stay at their first places."""
+    return m.particles.reference + (0 if m.total else m.particles.displacement)
 
 
 def functions_at(m, x, cell):
@@ -84,15 +90,15 @@ def map_velocity(m, N, A):
 
 
 def map_force(m, dN):
-    """P2G. The internal forces f_i = -sum V_p T_p grad N_i (7), T being the Kirchhoff stress."""
+    """P2G. The internal forces f_i = -sum V_p T_p grad N_i (7), T being the Kirchhoff stress, in the total frame the first Piola stress."""
     T = m.particles.volume[:, None, None] * stress(m.particles)
     return -sum(dN[j].T @ T[:, :, j] for j in range(2))
 
 
 def strain(m, dN, v, dt):
-    """Strain the particles. H <- H + dt L (I + H), L being the gradient of a nodal velocity."""
+    """Strain the particles. H <- H + dt L (I + H), L being the gradient of a nodal velocity; in the total frame H <- H + dt L."""
     L = np.stack([dN[j] @ v for j in range(2)], axis=2)
-    m.particles.gradient += dt * L @ (np.eye(2) + m.particles.gradient)
+    m.particles.gradient += dt * (L if m.total else L @ (np.eye(2) + m.particles.gradient))
 
 
 def stress(p):
@@ -102,9 +108,9 @@ def stress(p):
 
 
 def place_load(m, load):
-    """Where the points of a load are, each of which hangs on a particle: x_p + (I + H) dX."""
+    """Where the points of a load are, each of which hangs on a particle: x_p + (I + H) dX, in the total frame X_p + dX."""
     p, at = m.particles, load.particle
-    x = p.reference[at] + p.displacement[at] + load.offset + np.einsum("pij,pj->pi", p.gradient[at], load.offset)
+    x = place(m)[at] + load.offset + (0 if m.total else np.einsum("pij,pj->pi", p.gradient[at], load.offset))
     load.N = functions_at(m, x, m.cell[at])[0]
 
 
@@ -119,7 +125,40 @@ def energies(m):
     return np.sum(p.mass @ p.velocity**2) / 2, np.sum(p.volume @ (stress(p) * p.gradient).sum(axis=2)) / 2, m.external_work
 
 
+def closure(m):
+    """G of a crack along the lower edge of the body by virtual crack closure (11), signed like the opening: the force of the node at its tip,
+    which the other half answers, times the opening of the node one cell behind it, over twice the area of a cell's face."""
+    N, dN = functions_at(m, place(m), m.cell)
+    return abs(map_force(m, dN)[m.tip, 1]) * 2 * displacement_of(m, N, m.tip - 1) / (2 * m.h * m.thickness)
+
+
+def displacement_of(m, N, node):
+    """The displacement of a node, upwards, with which the functions of its cells fit those of the particles there best."""
+    p, at = m.particles, N[:, node] > 0
+    nodes, weight = np.flatnonzero(N[at].any(axis=0)), np.sqrt(p.mass[at])
+    fitted = np.linalg.lstsq(weight[:, None] * N[np.ix_(at, nodes)], weight * p.displacement[at, 1], rcond=None)[0]
+    return fitted[nodes == node][0]
+
+
 # --- the model: what hampm reads of it, for rectangles of linear material on uniform cells, tractions, forces on bodies and supports ---
+
+READS = {"run": "title end_time plane thickness", "grid": "lower cell cells", "material": "name law young poisson density",
+         "body": "material lower upper velocity", "constraint": "lower upper fix", "load": "kind lower upper force history frequency",
+         "damping": "rate", "crack": "kind tip", "method": "frame courant mass scheme wave_speed lumped_fraction"}
+CHOICES = {"plane": "stress strain", "law": "linear_elastic", "history": "step sine", "frame": "total updated",
+           "mass": "lumped consistent fmpm weighted", "scheme": "usf usl musl usavg"}
+KINDS = {"load": "body traction", "crack": "symmetry"}
+
+
+def refuse_others(scene):
+    """Refuse what would be another model without what is not read here. Of what is measured and written nothing changes the motion."""
+    for name in sorted(scene.keys() - {"output", "energy_release"}):
+        for group in groups(scene, name):
+            for key, value in vars(group).items():
+                choices = KINDS.get(name, "") if key == "kind" else CHOICES.get(key)
+                if key not in READS.get(name, "").split() or choices is not None and value not in choices.split():
+                    raise ValueError(f"mpm.py does not know &{name} {key} = {value}")
+
 
 def groups(scene, name):
     """All groups of a name, each with lower and upper as arrays."""
@@ -130,13 +169,14 @@ def groups(scene, name):
 
 def build(scene):
     """The particles, loads and supports of a model at the start."""
+    refuse_others(scene)
     grid, method, plane = groups(scene, "grid")[0], scene["method"], scene["run"].get("plane", "stress")
     m = SimpleNamespace(h=grid.cell, cells=grid.cells, lower=getattr(grid, "lower", np.zeros(2)), time=0.0, external_work=0.0, loads=[],
-                        scheme=method.get("scheme", "musl"), mass=method.get("mass", "lumped"), lumped_fraction=0.0)
+                        scheme=method.get("scheme", "musl"), mass=method.get("mass", "lumped"), lumped_fraction=0.0,
+                        total=method.get("frame", "total") == "total", thickness=scene["run"].get("thickness", 1.0),
+                        damping_rate=sum(damping.rate for damping in groups(scene, "damping")))
     if m.mass == "weighted":
         m.lumped_fraction = method.get("lumped_fraction", 0.2778)
-    if method.get("frame") != "updated" or m.mass not in ("lumped", "consistent", "fmpm", "weighted"):
-        raise ValueError("mpm.py moves particles through the cells (frame = 'updated'), with one of four mass matrices")
     node = m.lower + m.h * np.array([[i, j] for j in range(m.cells[1] + 1) for i in range(m.cells[0] + 1)])
     m.n_points, m.fixed, parts, speed = len(node), np.zeros(node.shape, bool), [], 0.0
     for body in groups(scene, "body"):
@@ -145,7 +185,7 @@ def build(scene):
         lame = of.young * nu / (1 - nu**2 if plane == "stress" else (1 + nu) * (1 - 2 * nu))
         n = np.rint(2 * (body.upper - body.lower) / m.h).astype(int)
         x = body.lower + (0.5 + np.array([[i, j] for j in range(n[1]) for i in range(n[0])])) * (body.upper - body.lower) / n
-        volume = np.prod((body.upper - body.lower) / n) * scene["run"].get("thickness", 1.0)
+        volume = np.prod((body.upper - body.lower) / n) * m.thickness
         parts.append([x, np.tile(getattr(body, "velocity", np.zeros(2)), (len(x), 1)),
                       *(np.full(len(x), value) for value in (volume, volume * of.density, lame, mu))])
         speed = max(speed, np.sqrt((lame + 2 * mu if method.get("wave_speed") == "dilatational" else mu) / of.density))
@@ -153,6 +193,8 @@ def build(scene):
     m.particles = SimpleNamespace(reference=x, displacement=np.zeros_like(x), velocity=v, gradient=np.zeros((len(x), 2, 2)), volume=volume,
                                   mass=mass, lame=lame, mu=mu)
     m.cell, m.longest_step = np.floor((x - m.lower) / m.h).astype(int), method["courant"] * m.h / speed    # (31)
+    for crack in groups(scene, "crack"):
+        m.tip = np.argmin(np.linalg.norm(node - crack.tip, axis=1))
     for box in groups(scene, "constraint"):
         m.fixed[is_inside(node, box)] |= ["x" in box.fix, "y" in box.fix]
     for load in groups(scene, "load"):
@@ -174,21 +216,23 @@ def is_inside(x, box):
 
 
 def run(path, *settings):
-    """Run a model with settings such as 'method.scheme=usf': time and energies of its samples, and what it has become."""
+    """Run a model with settings such as 'method.scheme=usf': time, energies and, of a crack, G of its samples, and what it has become."""
     scene = f90nml.read(path)
     for setting in settings:
         key, _, value = setting.partition("=")
         scene.patch(f90nml.reads(f"&{key.replace('.', ' ', 1)} = {value} /"))
     m, interval, end = build(scene), scene["output"]["history_interval"], scene["run"]["end_time"]
-    samples = [(m.time, *energies(m))]
+    def sample():
+        return (m.time, *energies(m), closure(m) if "crack" in scene else 0.0)
+    samples = [sample()]
     while m.time < end - 1e-9 * interval:
         time = min(len(samples) * interval, end) - m.time
         steps = int(np.ceil(time / m.longest_step - 1e-9))                 # equal ones that end at the sample
         for _ in range(steps):
             reference_step(m, time / steps)
-        samples.append((m.time, *energies(m)))
+        samples.append(sample())
     return np.array(samples), m
 
 
 if __name__ == "__main__":
-    np.savetxt(sys.stdout, run(*sys.argv[1:])[0], delimiter=",", header="time,kinetic_energy,strain_energy,external_work", comments="")
+    np.savetxt(sys.stdout, run(*sys.argv[1:])[0], delimiter=",", header="time,kinetic_energy,strain_energy,external_work,G_vcct_I", comments="")

@@ -103,7 +103,7 @@ contains
                              ' is no longer a number'//of_step(problem, time))
       else if (time == 'explicit' .and. gain > max(largest*max(measurements%largest_energy, measurements%initial_energy), &
                                                    measurements%rounding_energy)) then
-         call failure%report(exit_computation, problem%state%when()//'the energy has grown by '//to_text(gain)// &
+         call failure%report(exit_computation, problem%state%when()//'the energy has grown by '//three_digits(gain)// &
                              ' J more than the loads have done work; most of it is near the particle that started at '// &
                              liveliest(problem)//of_step(problem, time))
       else
@@ -133,7 +133,7 @@ contains
       real(dp), intent(in) :: step               !! the longest that is stable [s]
       type(failure_t), intent(inout) :: failure
       if (step > 4*spacing(problem%state%time)) return
-      call failure%report(exit_computation, problem%state%when()//'the time step, '//to_text(step)// &
+      call failure%report(exit_computation, problem%state%when()//'the time step, '//three_digits(step)// &
                           ' s, is too small to be added to the time. Likely cause: cells have become too small; reduce &refine '// &
                           'max_level, or the end time')
    end subroutine check_step
@@ -157,7 +157,7 @@ contains
                  'the load steps are too long for the law: the state is in balance, and external_work is not its work. '// &
                  'Give boxes of a &constraint that end on nodes, or more &method load_steps'
       end if
-      call warn(problem%state%when()//gained//to_text(gain)//' J more than the loads have done work, '//three_digits(100*gain &
+      call warn(problem%state%when()//gained//three_digits(gain)//' J more than the loads have done work, '//three_digits(100*gain &
                 /measurements%largest_inner_energy)//' % of what the material stores. Likely cause: '//cause, gained, warning)
    end subroutine check_energy_gain
 

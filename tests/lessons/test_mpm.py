@@ -1,4 +1,4 @@
-"""The step in numpy, docs/lessons/mpm.py, against hampm: the models of lessons 1 to 5, with the schemes and mass matrices that these have."""
+"""The step in numpy, docs/lessons/mpm.py, against hampm: the models of lessons 1 to 5 and 7, with the schemes and mass matrices that these have."""
 
 import re
 import sys
@@ -22,6 +22,7 @@ RUNS = [("1_material_point", []), ("2_mapping", []), ("2_mapping", ["method.mass
         ("5_time_step", []), ("5_time_step", ["method.scheme=usl", "method.courant=0.74", "output.history_interval=0.74"]),
         ("5_time_step", ["method.mass=consistent", "method.courant=0.40", "output.history_interval=0.40"])]
 LAST = {"3_energy": ["output.snapshot_interval=28"], "5_time_step": ["output.snapshot_interval=100"]}
+BEAM = ["grid.cell=5e-3", "grid.cells=20,3"]
 ROUNDING = 1e-12
 
 
@@ -43,6 +44,24 @@ def test_every_sample_is_that_of_hampm(hampm, name, settings):
         for field in "displacement", "velocity":
             asked = particles["PointData"][field][-last:][order][:, :2]
             assert getattr(m.particles, field) == pytest.approx(asked, rel=0, abs=ROUNDING * np.max(np.abs(asked))), field
+
+
+@pytest.mark.parametrize("settings", [[], ["method.frame=updated"], ["method.scheme=usavg"]])
+def test_the_beam_of_lesson_7_has_the_same_g(hampm, settings):
+    """Damping, and closure at the tip: as G oscillates, and where the beam has come to rest."""
+    model = ROOT / "docs/lessons/7_energy_release_rate.nml"
+    words = [word for setting in (*settings, *BEAM, "output.file=run.h5") for word in ("--set", setting)]
+    assert hampm(model, "--quiet", *words).returncode == 0
+    history, (samples, _) = History(hampm.folder / "run.h5"), mpm.run(model, *settings, *BEAM)
+    for k, column in enumerate(("kinetic_energy", "strain_energy", "external_work", "G_vcct_I"), start=1):
+        assert samples[:, k] == pytest.approx(history[column], rel=0, abs=1e-9 * np.max(np.abs(history[column]))), column
+
+
+@pytest.mark.parametrize("name, settings, word", [("3_energy", ["material.law=neo_hookean"], "law = neo_hookean"), ("15_crossing_cells", [], "history = ramp"), ("4_waves", ["load.history=ramp"], "history = ramp"),
+                                                  ("3_energy", ["refine.indicator=tip"], "refine indicator = tip")])
+def test_what_is_not_read_is_refused(name, settings, word):
+    with pytest.raises(ValueError, match=word):
+        mpm.run(ROOT / f"docs/lessons/{name}.nml", *settings)
 
 
 def test_names_and_order_are_those_of_the_readable_step():
