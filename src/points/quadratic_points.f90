@@ -45,11 +45,13 @@ contains
 
    !> Set volumes and masses of the particles of quadratic cells, in which they are sorted; in cells that are cut, or hold halves of
    !> particles, by their moments. Other cells that are not full, as some are while particles go to finer ones, stay as they are.
-   subroutine weigh_points(m)
+   subroutine weigh_points(m, fills)
       type(matter_t), intent(inout) :: m
+      logical, intent(out), optional :: fills(:) !! by particle: whether it is of a lattice that fills its cell
       real(dp) :: x(ndim), xi(ndim)
       real(dp), allocatable :: w(:)
       integer :: leaf, e, i, n
+      if (present(fills)) fills = .false.
       do leaf = 1, m%grid%forest%leaf_count()
          associate (first => m%grid%leaf_element(leaf), last => m%grid%leaf_element(leaf + 1) - 1)
             if (has_own_weights(m, leaf)) then
@@ -64,6 +66,7 @@ contains
                   x = m%particles%reference(i, :)
                   xi = m%grid%in_leaf(e, m%grid%local_coordinate(e, x))
                   call give_area(m, i, m%grid%forest%size_of(leaf)**ndim*product(w(min(int(xi*n) + 1, n))))
+                  if (present(fills)) fills(i) = .true.
                end do
             end do
          end associate

@@ -1,7 +1,7 @@
 !> How a force on a place is shared by the particles around it, or by the corners of their domains.
 module hampm_load_sharing
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_tensors, only: norm
+   use hampm_tensors, only: identity, norm
    use hampm_basis, only: shape_functions
    use hampm_domain_pass, only: find_corners
    use hampm_domains, only: edges_of_domain, weights_in_domain
@@ -39,26 +39,36 @@ contains
    end subroutine share_by_corners
 
    !> Nodes of the particle's cell, and their shape functions at a place; in quadratic cells their mean over its segment, by three
-   !> Gauss points, exact also on slanted segments.
-   pure subroutine share_by_cell(p, grid, particle, offset, half, node, shape)
+   !> Gauss points, exact also on slanted segments, or over its rectangle.
+   pure subroutine share_by_cell(p, grid, particle, offset, half, is_rectangle, node, shape)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: particle
       real(dp), intent(in) :: offset(ndim)       !! of the place from its particle [m]
-      real(dp), intent(in) :: half(ndim)         !! of the segment [m]
+      real(dp), intent(in) :: half(ndim)         !! of the segment or rectangle [m]
+      logical, intent(in) :: is_rectangle
       integer, intent(out) :: node(:)
       real(dp), intent(out) :: shape(:)
-      real(dp), parameter :: gauss = sqrt(0.6_dp)
-      real(dp) :: x(ndim), more
+      real(dp), parameter :: gauss = sqrt(0.6_dp), weights(-1:1) = [5, 8, 5]/18.0_dp
+      real(dp) :: x(ndim), ways(ndim, ndim), place(ndim), weight
+      integer :: n, k, d, at(ndim)
       associate (e => p%cell(particle))
          x = p%place_in_grid(particle) + offset
          if (.not. p%total_frame) x = x + matmul(p%gradient_of(particle), offset)
          call grid%shape_functions_in(e, grid%local_coordinate(e, x), node, shape)
-         if (.not. grid%is_quadratic()) return
-         more = 0                                ! relative excess of the circumference at one of the points over the middle
-         if (p%thickness%is_ring .and. x(1) > 0) more = gauss*half(1)/x(1)
-         shape = (8*shape + 5*(1 - more)*grid%functions_in(e, grid%local_coordinate(e, x - gauss*half)) &
-                  + 5*(1 + more)*grid%functions_in(e, grid%local_coordinate(e, x + gauss*half)))/18
+         if (.not. grid%is_quadratic() .or. all(abs(half) <= 0)) return
+         ways = 0
+         ways(:, 1) = gauss*half
+         if (is_rectangle) ways = identity*spread(gauss*half, 2, ndim)
+         n = merge(ndim, 1, is_rectangle)
+         shape = 0
+         do k = 0, 3**n - 1                      ! a ring has more circumference farther out
+            at = [(mod(k/3**d, 3) - 1, d=0, ndim - 1)]
+            place = x + matmul(ways, at)
+            weight = product(weights(at(:n)))
+            if (p%thickness%is_ring .and. x(1) > 0) weight = weight*place(1)/x(1)
+            shape = shape + weight*grid%functions_in(e, grid%local_coordinate(e, place))
+         end do
       end associate
    end subroutine share_by_cell
 

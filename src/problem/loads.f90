@@ -35,8 +35,8 @@ module hampm_loads
       real(dp), allocatable :: offset(:, :)      !! dX of each point [m], (ndim, points)
       logical :: by_mass = .false.               !! whether it acts on all material in a box, else at the points
       real(dp) :: box(ndim, 2) = 0               !! corners of that [m]
-      real(dp), allocatable :: half(:, :)        !! half of the segment of which a point is the middle, 0 for a mere point [m],
-                                                 !! (ndim, points)
+      real(dp), allocatable :: half(:, :)        !! half of the segment, by mass of the rectangle, of which a point is the middle,
+                                                 !! 0 for a mere point [m], (ndim, points)
       ! Of a pressure on the faces of a crack that cuts cells: `hampm_pressed_faces` finds its points
       integer :: line = 0                        !! number of the crack, 0 for other loads
       real(dp) :: pressure = 0                   !! [Pa]
@@ -62,29 +62,42 @@ module hampm_loads
 
 contains
 
-   !> A load shared by the particles by their mass within a box; each acts in the middle of the part of its rectangle in the box.
-   pure subroutine load_on_particles(p, lower, upper, load)
+   !> A load shared by the particles by their mass within a box; each acts in the middle of the part of its rectangle in the box. In
+   !> quadratic cells that the box cuts, where masses are weights of points for whole cells, they share it by the volumes of these
+   !> parts, each with the mean of the functions over its part.
+   pure subroutine load_on_particles(p, lower, upper, load, grid, fills)
       type(particles_t), intent(in) :: p
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
       type(load_t), intent(inout) :: load
+      type(grid_t), intent(in), optional :: grid
+      logical, intent(in), optional :: fills(:)  !! by particle: whether it is of a lattice that fills its quadratic cell
       real(dp), parameter :: rounding = 1e-9_dp  ! part of a particle
-      real(dp), allocatable :: part(:), middle(:, :)
+      real(dp), allocatable :: part(:), middle(:, :), mass(:), half_of_part(:, :)
       real(dp) :: half(ndim), ends(ndim, 2)
       integer :: i
       allocate (part(p%n), middle(ndim, p%n))
+      allocate (half_of_part(ndim, p%n), source=0.0_dp)
+      mass = p%mass(:p%n)
       do i = 1, p%n
          half = spacing_of(p, i)/2
          ends(:, 1) = max(lower - p%reference(i, :), -half)
          ends(:, 2) = min(upper - p%reference(i, :), half)
          part(i) = product(max(ends(:, 2) - ends(:, 1), 0.0_dp)/(2*half))
          middle(:, i) = (ends(:, 1) + ends(:, 2))/2
+         if (.not. present(fills)) cycle
+         if (.not. fills(i) .or. part(i) <= rounding) cycle
+         associate (corner => grid%element_lower(:, grid%first_of_piece(p%cell(i))), edge => grid%leaf_size(p%cell(i)))
+            if (all(corner >= lower - rounding*edge .and. corner + edge <= upper + rounding*edge)) cycle
+         end associate
+         half_of_part(:, i) = (ends(:, 2) - ends(:, 1))/2
+         mass(i) = mass(i)/p%volume(i)*product(2*half)*p%thickness%at(p%reference(i, :) + middle(:, i))
       end do
       load%particle = pack([(i, i=1, p%n)], part > rounding)
       where (part > 1 - rounding) part = 1
-      load%fraction = part(load%particle)*p%mass(load%particle)
+      load%fraction = part(load%particle)*mass(load%particle)
       load%fraction = load%fraction/sum(load%fraction)
       load%offset = middle(:, load%particle)
-      load%half = 0*load%offset
+      load%half = half_of_part(:, load%particle)
       load%by_mass = .true.
       load%box(:, 1) = lower
       load%box(:, 2) = upper
@@ -110,12 +123,14 @@ contains
    end subroutine follow_sort
 
    !> After particles or their masses have changed: share the loads on all material in proportion to these.
-   pure subroutine share_by_mass(loads, p)
+   pure subroutine share_by_mass(loads, p, grid, fills)
       type(load_t), intent(inout) :: loads(:)
       type(particles_t), intent(in) :: p
+      type(grid_t), intent(in), optional :: grid
+      logical, intent(in), optional :: fills(:)  !! as `load_on_particles`
       integer :: k
       do k = 1, size(loads)
-         if (loads(k)%by_mass) call load_on_particles(p, loads(k)%box(:, 1), loads(k)%box(:, 2), loads(k))
+         if (loads(k)%by_mass) call load_on_particles(p, loads(k)%box(:, 1), loads(k)%box(:, 2), loads(k), grid, fills)
       end do
    end subroutine share_by_mass
 
@@ -140,8 +155,8 @@ contains
                if (allocated(p%corner_velocity)) then
                   call share_by_corners(p, grid, load%particle(k), load%offset(:, k), load%node(:, k), load%shape(:, k))
                else
-                  call share_by_cell(p, grid, load%particle(k), load%offset(:, k), load%half(:, k), load%node(:, k), &
-                                     load%shape(:, k))
+                  call share_by_cell(p, grid, load%particle(k), load%offset(:, k), load%half(:, k), load%by_mass, &
+                                     load%node(:, k), load%shape(:, k))
                end if
             end do
          end associate

@@ -393,8 +393,9 @@ contains
    !> Give the particles of quadratic cells their quadrature weights, and update loads by mass.
    subroutine weigh_particles(m)
       type(problem_t), intent(inout) :: m
-      call weigh_points(m%matter_t)
-      call share_by_mass(m%loads, m%particles)
+      logical :: fills(m%particles%n)
+      call weigh_points(m%matter_t, fills)
+      call share_by_mass(m%loads, m%particles, m%grid, fills)
    end subroutine weigh_particles
 
    !> Fail as a part of a step did, if it did, and say when.

@@ -58,7 +58,7 @@ contains
                   u = u + load%fraction(k)*matmul(reshape(p%corner_displacement(i, :, :), [ndim, corners]), &
                                                   weights_in_domain(load%offset(:, k), edges_of_domain(p, i)))
                else
-                  call share_by_cell(p, grid, i, load%offset(:, k), load%half(:, k), node, shape)
+                  call share_by_cell(p, grid, i, load%offset(:, k), load%half(:, k), .false., node, shape)
                   do c = 1, size(node)
                      at = findloc(nodes, node(c), dim=1)
                      if (at == 0) then

@@ -20,7 +20,7 @@ module hampm_assembly
    use hampm_mass_choice, only: new_mass_choice
    use hampm_modal, only: modal_t
    use hampm_newmark, only: newmark_t
-   use hampm_problem, only: problem_t, start_problem
+   use hampm_problem, only: problem_t, start_problem, weigh_particles
    use hampm_particles, only: particles_t, new_particles, add_history
    use hampm_growth_room, only: see_surroundings
    use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_outside, path_radii, held_part, to_surface, &
@@ -100,6 +100,7 @@ contains
       if (failure%failed()) return
       call place_loads(model, problem, failure)
       if (failure%failed()) return
+      if (problem%grid%is_quadratic() .and. any(problem%loads%by_mass)) call weigh_particles(problem)
       problem%damping_rate = model%damping%rate
       problem%body_contact%wanted = model%contact%is_wanted()
       problem%body_contact%always_sticks = model%contact%bodies == 'stick'
