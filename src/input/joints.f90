@@ -52,8 +52,10 @@ contains
       holds_material = .false.
       do i = 1, size(model%bodies)
          associate (body => model%bodies(i))
-            from = first_whole(max(first, first_node(model, body)))
-            to = aint(min(last, last_node(model, body)))
+            associate (parts => model%grid%order) ! quadratic cells have nodes in the middle of their sides
+               from = first_whole(parts*max(first, first_node(model, body)))/parts
+               to = aint(parts*min(last, last_node(model, body)))/parts
+            end associate
             if (any(from > to)) cycle
             holds_material = holds_material .or. .not. body%outline%is_there()
             if (.not. holds_material) holds_material = body%area_in(model%grid%lower + (from - 1)*model%grid%cell, &

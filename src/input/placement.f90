@@ -39,14 +39,17 @@ contains
       overlap = all(min(upper_1, upper_2) - max(lower_1, lower_2) > tol)
    end function overlap
 
-   !> Whether a box holds at least one node of the lattice.
-   pure logical function nodes_touched(grid, lower, upper)
+   !> Whether a box holds at least one corner of a cell of the lattice, or one of so many equal parts of a cell.
+   pure logical function nodes_touched(grid, lower, upper, parts)
       type(grid_spec_t), intent(in) :: grid
       real(dp), intent(in) :: lower(ndim), upper(ndim)
-      real(dp) :: first(ndim), last(ndim), tol
+      integer, intent(in), optional :: parts     !! along a side
+      real(dp) :: first(ndim), last(ndim), tol, spacing
       tol = tolerance(grid)
-      first = max((lower - tol - grid%lower)/grid%cell, 0.0_dp)
-      last = min((upper + tol - grid%lower)/grid%cell, real(grid%cells, dp))
+      spacing = grid%cell
+      if (present(parts)) spacing = spacing/parts
+      first = max((lower - tol - grid%lower)/spacing, 0.0_dp)
+      last = min((upper + tol - grid%lower)/spacing, grid%cells*(grid%cell/spacing))
       nodes_touched = all(first <= last)
       ! After this check, both are within the lattice, which an integer can count.
       if (nodes_touched) nodes_touched = all(ceiling(first) <= floor(last))

@@ -329,7 +329,7 @@ contains
    end function freed_by_planes
 
    !> Whether a node in a box belongs to material that reaches into it. Where a box ends at a crack, the nodes of the other face, at
-   !> the same places, do not.
+   !> the same places, do not; nor do, beyond the edge of a body, nodes of cells with material out of the box alone.
    pure logical function is_beside(grid, node, box, margin) result(is)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: node
@@ -338,18 +338,60 @@ contains
       real(dp), parameter :: aside = 1e-3_dp     ! smallest cell at the node
       real(dp) :: x(ndim)
       integer :: i, e, velocity_field
+      logical :: is_wide(ndim), looks            ! whether the material in the cells is looked at
       is = .true.
-      if (.not. (grid%cut_cells%are_there() .or. allocated(grid%planes))) return
+      is_wide = box%upper - box%lower > 2*margin
+      looks = allocated(grid%bodies) .and. all(is_wide)
+      if (looks) looks = any([(is_cut_toward(i), i=1, corners)])
+      if (.not. (looks .or. grid%cut_cells%are_there() .or. allocated(grid%planes))) return
       do i = 1, corners
-         x = grid%node_position(:, node) + aside*grid%smallest_leaf_at(node)*(2*corner_offset(i) - 1)
-         if (any(box%upper - box%lower > 2*margin .and. (x < box%reach(:, 1) .or. x > box%reach(:, 2)))) cycle
+         x = toward(i)
+         if (any(is_wide .and. (x < box%reach(:, 1) .or. x > box%reach(:, 2))) .and. .not. looks) cycle
          e = grid%element_at(x)
          if (e == 0) cycle
+         if (looks) then
+            if (.not. reaches_into_box(e)) cycle
+         end if
          do velocity_field = 1, grid%n_velocity_fields
             if (any(grid%element_nodes(:, grid%copy_on(e, velocity_field)) == node)) return
          end do
       end do
       is = .false.
+
+   contains
+
+      !> A place in the i-th cell around the node [m].
+      pure function toward(i) result(x)
+         integer, intent(in) :: i
+         real(dp) :: x(ndim)
+         x = grid%node_position(:, node) + aside*grid%smallest_leaf_at(node)*(2*corner_offset(i) - 1)
+      end function toward
+
+      !> Whether that cell is cut.
+      pure logical function is_cut_toward(i) result(is_cut)
+         integer, intent(in) :: i
+         integer :: e
+         e = grid%element_at(toward(i))
+         is_cut = e > 0
+         if (is_cut) is_cut = grid%is_cut(grid%element_leaf(e))
+      end function is_cut_toward
+
+      !> Whether the bodies in a cell reach into the box.
+      pure logical function reaches_into_box(e) result(reaches)
+         integer, intent(in) :: e
+         real(dp), parameter :: least = 1e-9_dp  ! part of a cell
+         real(dp) :: moments(0:ndim), corner(ndim, 2), edge
+         integer :: k
+         edge = grid%leaf_size(e)
+         corner(:, 1) = max(grid%element_lower(:, grid%first_of_piece(e)), box%reach(:, 1) - aside*edge)
+         corner(:, 2) = min(grid%element_lower(:, grid%first_of_piece(e)) + edge, box%reach(:, 2) + aside*edge)
+         reaches = .false.
+         if (any(corner(:, 2) <= corner(:, 1))) return
+         do k = 1, size(grid%bodies)
+            moments = grid%bodies(k)%moments(corner(:, 1), corner(:, 2))
+            reaches = reaches .or. moments(0) > least*edge**ndim
+         end do
+      end function reaches_into_box
    end function is_beside
 
    !> Whether a component of a node is fixed.

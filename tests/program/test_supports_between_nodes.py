@@ -257,3 +257,58 @@ def test_a_support_on_either_edge_of_quadratic_cells_with_three_points(hampm):
                                                                        {"lower": -11.0, "left": -10.0, "right": -3.0, "side": -3.0, "speed": 6e-5}))
     for name in ("kinetic_energy", "strain_energy"):
         assert left[name] == pytest.approx(right[name], rel=1e-9), name
+
+
+COLUMN = """
+&run end_time = 1 /
+&grid lower = 0, 0 cell = 1e-3 cells = 3, 12 order = {order} /
+&material name = 'm' young = 1e9 poisson = 0 density = 1000 /
+&body material = 'm' lower = 0, 0 upper = 3e-3, 12e-3 points_per_cell = {points} /
+&constraint lower = 0, 0 upper = 3e-3, 0 fix = 'xy' /
+&load kind = 'body' lower = 0, {first} upper = 3e-3, {last} force = 0, 300 /
+&probe name = 'top' quantity = 'displacement' at = 1.5e-3, 12e-3 /
+&method time = 'static' /
+"""
+
+
+@pytest.mark.parametrize("order, points, levels", [(1, 2, 0), (2, 3, 0), (2, 4, 0), (2, 3, 1)])
+@pytest.mark.parametrize("first, last", [(3e-3, 7e-3), (3.1e-3, 7e-3), (3.4e-3, 6.7e-3), (4.2e-3, 4.3e-3)])
+def test_body_loads_that_end_within_cells(hampm, order, points, levels, first, last):
+    """A column is longer by F/(E A) times the height of the middle of the load. Quadratic cells took parts of the weights of their points, up to an eighth of a point too much or too little."""
+    text = COLUMN.format(order=order, points=points, first=first, last=last)
+    if levels:
+        text += "&refine indicator = 'zz' max_level = 1 tolerance = 0.01 region_lower = 0, 6e-3 region_upper = 3e-3, 12e-3 /\n"
+    top = harness.run(hampm, text).last()["displacement_top_y"]
+    assert top == pytest.approx(300 / (1e9 * 3e-3) * (first + last) / 2, rel=1e-6)
+
+
+SLANTED = """
+&run plane = 'strain' end_time = 1 /
+&grid lower = -1e-3, -1e-3 cell = {cell} cells = {cells} order = {order} /
+&material name = 'm' young = 1e9 poisson = 0.3 density = 1000 /
+&body material = 'm' points_per_cell = {points} shape = 'polygon' points = 0.3e-3, 0.2e-3, 10.3e-3, 1.1e-3, 10.3e-3, 4.3e-3, 0.3e-3, 4.3e-3 /
+&constraint lower = -1e-3, -1e-3 upper = 12e-3, 0.5e-3 fix = 'xy' /
+&load kind = 'traction' lower = 10.3e-3, 0 upper = 10.3e-3, 6e-3 force = 0, -100 /
+&method time = 'static' /
+"""
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("cell, cells, off", [(1e-3, "14, 8", 0.5), (0.25e-3, "56, 32", 0.15)])
+def test_nodes_out_of_a_body_are_held_where_it_reaches_into_the_box(hampm, order, cell, cells, off):
+    """A support holds a wedge at a slanted edge, 3.3 mm long. It held the nodes of all cells below the edge, also of those whose material is above the box: 12 times too stiff.
+    Finite elements of order 4: 3.0673e-4 J."""
+    energy = harness.run(hampm, SLANTED.format(cell=cell, cells=cells, order=order, points=order + 1)).last()["strain_energy"]
+    print(energy)
+    assert energy == pytest.approx(3.0673e-4, rel=off)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_pins_in_the_middle_of_sides(hampm, order):
+    """Quadratic cells have nodes there, bilinear ones have not."""
+    text = COLUMN.format(order=order, points=order + 1, first=6e-3, last=12e-3).replace("&constraint lower = 0, 0 upper = 3e-3, 0 fix = 'xy' /",
+        "&constraint name = 'foot' lower = 1.5e-3, 1e-3 upper = 1.5e-3, 1e-3 fix = 'xy' /\n&constraint lower = 1.5e-3, 10e-3 upper = 1.5e-3, 10e-3 fix = 'x' /")
+    if order == 1:
+        assert "must hold at least one node" in harness.run(hampm, text, code=2)
+        return
+    assert harness.run(hampm, text).last()["reaction_foot_y"] == pytest.approx(-300, rel=1e-9)
