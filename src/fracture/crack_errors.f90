@@ -182,6 +182,15 @@ contains
                                                         field(1)%typical_intensities(best), correction/2, &
                                                         merge(hardly, 10*hardly, problem%materials(tip%material)%isotropic))
             if (.not. problem%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
+            ! Across its axes the cells at the tip share G otherwise than its field: both modes have the error of G
+            if (field(1)%modes_couple() .and. .not. field(1)%is_at_interface) then
+               associate (of_rate => relative_errors([field(1)%rate_of(found%intensity)], [sum(own)], &
+                                                     [sum(deficit*own)/sum(own)], [sum(best)], [sum(correction*best)/sum(best)], &
+                                                     hardly**2))
+                  errors%domain%relative = of_rate(1)*sum(abs(found%domain))/max(abs(found%domain), tiny(1.0_dp))
+                  errors%intensity%relative = of_rate(1)/2*norm(found%intensity)/max(abs(found%intensity), tiny(1.0_dp))
+               end associate
+            end if
             ! Between two materials the share of each mode depends on the cell size
             if (tip%phase_length > 0) errors%intensity%relative = &
                maxval(relative_errors([norm(found%intensity)], [norm(field(1)%typical_intensities([sum(own), 0.0_dp]))], &
