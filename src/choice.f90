@@ -145,7 +145,7 @@ contains
                 any(choice%trials(:k)%is_allowed)) cycle
             trials%compares = family%time /= 'static' .or. .not. choice%lattices%fits
             trials%rows = 1 + model%run%end_time/model%output%history_interval
-            trials%steps = crossings*size_of/choice%lattices%cell_size(trials%first%lattice)
+            trials%steps = crossings*size_of/choice%lattices%cell_size(trials%first%lattice, family%order)
             if (family%order == 1 .and. any(choice%trials(:k)%is_allowed .and. choice%trials(:k)%family%time == family%time)) cycle
             do level = trials%first%levels, merge(trials%first%levels, family%most_level, choice%limits%has_levels)
                trials%first%levels = level       ! cells have to be fine enough for growth
@@ -278,7 +278,7 @@ contains
       type(string_t), allocatable :: overrides(:)
       integer :: k, body
       allocate (overrides(0))
-      if (.not. choice%limits%has_lattice) overrides = choice%lattices%overrides(mesh%lattice)
+      if (.not. choice%limits%has_lattice) overrides = choice%lattices%overrides(mesh%lattice, family%order)
       call set('grid', 'order', to_text(family%order))
       do k = 1, choice%written%count_of('body')
          body = choice%written%find('body', k)
@@ -295,7 +295,7 @@ contains
       end if
       if (family%time /= choice%asked%method%time) call add('method.time='//trim(family%time))
       if (family%time == 'implicit' .and. .not. (written_key('method', 'time_step') .or. written_key('method', 'courant'))) &
-         call add('method.time_step='//to_text(choice%lattices%cell_size(mesh%lattice)/ &
+         call add('method.time_step='//to_text(choice%lattices%cell_size(mesh%lattice, family%order)/ &
                                                largest_wave_speed(materials_of(choice%asked), 'dilatational')))
       if (size(choice%asked%energy_release%chosen) == 0 .and. size(choice%asked%paths) + size(choice%asked%planes) > 0) &
          call add('energy_release.estimators=''domain_integral''')

@@ -178,9 +178,9 @@ contains
       real(dp) :: estimate
       integer :: k
       if (failure%failed() .or. .not. allocated(simulation%asked)) return
-      if (choice%is_open .and. .not. choice%lattices%fits) call print_message('&accuracy: boxes of &constraint or of &load '// &
-         'kind = ''body'' end between nodes: what they hold or load depends on the cells, which no estimated error knows, '// &
-         'and only other meshes tell. Let them end at round coordinates, or beyond the bodies', kind='warning: ')
+      if (choice%is_open .and. .not. choice%lattices%fits) call print_message('&accuracy: a &constraint ends between '// &
+         'nodes: what it holds depends on the cells, which no estimated error knows, and only other meshes tell. Let it end at '// &
+         'round coordinates, or beyond the bodies', kind='warning: ')
       do k = 1, size(simulation%asked)
          associate (asked => simulation%asked(k))
             estimate = asked%estimated()

@@ -1,9 +1,11 @@
 !> Lattices that fit a model: their nodes are where edges, supports and tips are, as far as one cell size allows.
 !>
-!> All coordinates that are to be nodes are multiples of a unit, their greatest common divisor by Euclid's algorithm, from the lower
-!> corner of all bodies. The cells of the lattices are this unit over 1, 2, 3, ...
+!> All coordinates that are to be nodes are multiples of a unit, their greatest common divisor by Euclid's algorithm, from the first
+!> of them in each direction on. Those that have to be are first: edges, supports of no width. Ends of supports, of cracks and of
+!> loads follow, each unless the unit would be too small. The cells of the lattices are the unit over 1, 2, 3, ...
 module hampm_lattices
    use hampm_kinds, only: dp, ndim
+   use hampm_load_groups, only: constraint_spec_t
    use hampm_model, only: model_t
    use hampm_tensors, only: norm
    use hampm_text, only: string_t, to_text, without_rounding
@@ -15,17 +17,20 @@ module hampm_lattices
    real(dp), parameter :: narrow = 0.01_dp       !! part of that up to which a box of supports is to hold the nodes of one line
    real(dp), parameter :: tolerance = 1e-6_dp    !! of a node, in cells
    real(dp), parameter :: coarsest = 3           !! cells of the coarsest lattice in the smallest length of the model
+   real(dp), parameter :: in_supports = 2        !! cells of that in what a support holds of a body
    real(dp), parameter :: most_coarse = merge(1500, 2500, ndim == 2) !! cells of the coarsest lattice, where no unit makes it finer
-   real(dp), parameter :: least_part = 0.2_dp    !! of these cells that those of a unit with all wishes may have
+   real(dp), parameter :: least_part = 0.2_dp    !! of these cells that those of a unit with wishes may have
    real(dp), parameter :: most_aligned = 3e4_dp  !! cells that a unit may lead to
 
    !> The lattices of a model.
    type :: lattices_t
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! corners of the box around all bodies [m]
+      real(dp) :: origin(ndim) = 0               !! a node [m]
       real(dp) :: unit = 0                       !! [m]
       integer :: margin = 0                      !! cells around the bodies, into which they move
       logical :: has_axis = .false.              !! whether no cell is at a radius below 0
-      logical :: fits = .true.                   !! whether boxes of supports and of loads on material end at its nodes
+      logical :: has_middles = .false.           !! whether pins are in the middle of sides, where quadratic cells alone have nodes
+      logical :: fits = .true.                   !! whether supports end at its nodes
       integer :: first = 1                       !! number of the coarsest: its cells are the unit over that
    contains
       procedure :: cell_size
@@ -37,7 +42,7 @@ contains
    !> The lattices of a model, from its geometry.
    type(lattices_t) function new_lattices(model) result(self)
       type(model_t), intent(in) :: model
-      real(dp) :: wanted, all_marks, needed
+      real(dp) :: wanted
       integer :: d, k
       do d = 1, ndim
          self%lower(d) = minval([(model%bodies(k)%lower(d), k=1, size(model%bodies))])
@@ -45,70 +50,55 @@ contains
       end do
       self%margin = merge(2, 1, model%method%frame == 'updated')
       self%has_axis = model%run%plane == 'axisymmetric'
-      wanted = max(smallest_length(model)/coarsest, (product(self%upper - self%lower)/most_coarse)**(1/real(ndim, dp)))
-      all_marks = unit_of(model, self, only_needed=.false.)
-      needed = unit_of(model, self, only_needed=.true.)
-      self%unit = wanted
-      if (product((self%upper - self%lower)/max(needed, tiny(needed)**0.25_dp)) <= most_aligned) self%unit = needed
-      if (all_marks >= least_part*wanted) self%unit = all_marks
-      self%unit = without_rounding(self%unit, maxval(self%upper - self%lower))
-      self%fits = boxes_fit(model, self)
+      wanted = max(smallest_length(model, self)/coarsest, (product(self%upper - self%lower)/most_coarse)**(1/real(ndim, dp)))
+      call find_unit(model, wanted, self)
+      self%fits = supports_fit(model, self)
       self%first = max(1, ceiling(self%unit/wanted*(1 - same)))
    end function new_lattices
 
-   !> Whether all boxes of supports and of loads on material end at nodes of the coarsest lattice, or beyond all bodies. What others
-   !> hold or load depends on the cells, and no estimated error knows of it.
-   pure logical function boxes_fit(model, self) result(fit)
+   !> Whether all supports end at nodes of the coarsest lattice, or beyond all bodies. How far others hold a cell is known to the
+   !> second order in the cell (`hampm_part_supports`), or not at all, and no estimated error knows of it.
+   pure logical function supports_fit(model, self) result(fit)
       type(model_t), intent(in) :: model
       type(lattices_t), intent(in) :: self
+      real(dp) :: ends(ndim, 2), x(ndim, 2)      ! of a support [m], [cells]
       integer :: k
       fit = .true.
       do k = 1, size(model%constraints)
-         associate (lower => model%constraints(k)%lower, upper => model%constraints(k)%upper)
-            if (size(lower) == ndim .and. size(upper) == ndim) fit = fit .and. are_nodes(lower) .and. are_nodes(upper)
-         end associate
+         if (size(model%constraints(k)%lower) < ndim .or. size(model%constraints(k)%upper) < ndim) cycle
+         ends(:, 1) = model%constraints(k)%lower
+         ends(:, 2) = model%constraints(k)%upper
+         x = (ends - spread(self%origin, 2, 2))/self%unit
+         fit = fit .and. all(abs(x - anint(x)) <= tolerance .or. ends <= spread(self%lower + same*self%unit, 2, 2) .or. &
+                             ends >= spread(self%upper - same*self%unit, 2, 2) .or. &
+                             spread(ends(:, 2) - ends(:, 1) < narrow*maxval(self%upper - self%lower), 2, 2))
       end do
-      do k = 1, size(model%loads)
-         if (model%loads(k)%kind /= 'body' .or. .not. model%loads(k)%has_place) cycle
-         fit = fit .and. are_nodes(model%loads(k)%lower) .and. are_nodes(model%loads(k)%upper)
-      end do
+   end function supports_fit
 
-   contains
-
-      !> Whether each coordinate of a corner is of nodes, or outside.
-      pure logical function are_nodes(corner)
-         real(dp), intent(in) :: corner(ndim)    !! [m]
-         real(dp) :: x(ndim)
-         x = (corner - self%lower)/self%unit
-         are_nodes = all(abs(x - anint(x)) <= tolerance .or. corner <= self%lower + same*self%unit .or. &
-                         corner >= self%upper - same*self%unit)
-      end function are_nodes
-   end function boxes_fit
-
-   !> Cell size of one of them [m].
-   pure real(dp) function cell_size(self, number)
+   !> Cell size of one of them, for cells of this order [m].
+   pure real(dp) function cell_size(self, number, order)
       class(lattices_t), intent(in) :: self
-      integer, intent(in) :: number
-      cell_size = self%unit/number
+      integer, intent(in) :: number, order
+      cell_size = self%unit/(number*merge(2, 1, self%has_middles .and. order == 1))
    end function cell_size
 
    !> The keys of &grid of one of them, `group.key=value`.
-   pure function overrides(self, number)
+   pure function overrides(self, number, order)
       class(lattices_t), intent(in) :: self
-      integer, intent(in) :: number
+      integer, intent(in) :: number, order
       type(string_t), allocatable :: overrides(:)
       character(:), allocatable :: lower, cells
       integer :: d, below
       lower = 'grid.lower='
       cells = 'grid.cells='
-      associate (h => self%cell_size(number))
+      associate (h => self%cell_size(number, order))
          do d = 1, ndim
             if (d > 1) lower = lower//','
             if (d > 1) cells = cells//','
-            below = self%margin
-            if (self%has_axis .and. d == 1) below = min(below, int(self%lower(d)/h + same))
-            lower = lower//to_text(without_rounding(self%lower(d) - below*h, maxval(abs([self%lower, self%upper]))))
-            cells = cells//to_text(ceiling((self%upper(d) - self%lower(d))/h*(1 - same)) + below + self%margin)
+            below = ceiling((self%origin(d) - self%lower(d))/h - same) + self%margin
+            if (self%has_axis .and. d == 1) below = min(below, int(self%origin(d)/h + same))
+            lower = lower//to_text(without_rounding(self%origin(d) - below*h, maxval(abs([self%lower, self%upper]))))
+            cells = cells//to_text(ceiling((self%upper(d) - self%origin(d))/h*(1 - same)) + below + self%margin)
          end do
          allocate (overrides(3))
          overrides(1)%text = 'grid.cell='//to_text(h)
@@ -117,9 +107,10 @@ contains
       end associate
    end function overrides
 
-   !> The smallest length that cells have to resolve [m]: of bodies, of cracks, and from their ends to the ends of the bodies.
-   pure real(dp) function smallest_length(model) result(length)
+   !> The smallest length that cells have to resolve [m]: of bodies, of cracks, and of what supports hold of bodies.
+   pure real(dp) function smallest_length(model, box) result(length)
       type(model_t), intent(in) :: model
+      type(lattices_t), intent(in) :: box
       real(dp) :: of_crack
       integer :: k, i
       length = huge(length)
@@ -135,61 +126,145 @@ contains
       do k = 1, size(model%planes)
          if (size(model%planes(k)%radii) > 0) length = min(length, minval(model%planes(k)%radii))
       end do
+      do k = 1, size(model%constraints)
+         associate (lower => model%constraints(k)%lower, upper => model%constraints(k)%upper)
+            if (size(lower) < ndim .or. size(upper) < ndim) cycle
+            associate (held => min(upper, box%upper) - max(lower, box%lower))
+               length = min(length, coarsest/in_supports*minval(held, mask=held >= narrow*maxval(box%upper - box%lower)))
+            end associate
+         end associate
+      end do
    end function smallest_length
 
-   !> The largest length of which all marks are multiples, from the lower corner on [m]; 0 where they have none.
-   pure real(dp) function unit_of(model, box, only_needed) result(unit)
+   !> The largest length of which marks are multiples, from the first of each direction on: of those that have to be nodes, where
+   !> that leads to few enough cells, and of so many of those that are better nodes as leave it large enough.
+   subroutine find_unit(model, wanted, box)
       type(model_t), intent(in) :: model
-      type(lattices_t), intent(in) :: box
-      logical, intent(in) :: only_needed         !! marks that have to be nodes, else also those that are better so
-      real(dp) :: extent
-      integer :: d, k
+      real(dp), intent(in) :: wanted             !! size of the cells of the coarsest lattice [m]
+      type(lattices_t), intent(inout) :: box
+      real(dp) :: extent, farthest               ! of the places taken from the first [m]
+      logical :: is_marked(ndim)
+      integer :: d, k, kind
       extent = maxval(box%upper - box%lower)
-      unit = 0
+      is_marked = .false.
+      box%origin = box%lower
+      if (box%has_axis) is_marked(1) = .true.
+      box%unit = 0
+      farthest = 0
       do d = 1, ndim
          do k = 1, size(model%bodies)
             if (model%bodies(k)%shape /= 'rectangle') cycle
-            call mark(model%bodies(k)%lower(d), d)
-            call mark(model%bodies(k)%upper(d), d)
+            call mark(model%bodies(k)%lower(d), d, is_needed=.true.)
+            call mark(model%bodies(k)%upper(d), d, is_needed=.true.)
          end do
          do k = 1, size(model%constraints)
             associate (lower => model%constraints(k)%lower, upper => model%constraints(k)%upper)
                if (size(lower) < ndim .or. size(upper) < ndim) cycle
-               if (upper(d) - lower(d) < narrow*extent) then
-                  call mark((lower(d) + upper(d))/2, d)
-               else if (.not. only_needed) then
-                  call mark(lower(d), d)
-                  call mark(upper(d), d)
-               end if
+               if (is_pin(model%constraints(k)) .or. .not. upper(d) - lower(d) < narrow*extent) cycle
+               call mark((lower(d) + upper(d))/2, d, is_needed=.true.)
             end associate
          end do
          do k = 1, size(model%planes)
-            if (model%planes(k)%axis == d .or. .not. only_needed) call mark(model%planes(k)%center(d), d)
+            if (model%planes(k)%axis == d) call mark(model%planes(k)%center(d), d, is_needed=.true.)
          end do
          do k = 1, size(model%paths)
-            if (size(model%paths(k)%points, 2) == 0) cycle
-            if (only_needed .and. .not. (model%paths(k)%is_symmetry .or. any(model%energy_release%chosen%needs_nodes))) cycle
-            call mark(model%paths(k)%points(d, 1), d)
-            call mark(model%paths(k)%points(d, size(model%paths(k)%points, 2)), d)
+            if (model%paths(k)%is_symmetry .or. any(model%energy_release%chosen%needs_nodes)) call mark_path(k, d, .true.)
          end do
-         if (only_needed) cycle
-         do k = 1, size(model%loads)
-            if (.not. model%loads(k)%has_place) cycle
-            call mark(model%loads(k)%lower(d), d)
-            call mark(model%loads(k)%upper(d), d)
+      end do
+      do d = 1, ndim                             ! nodes may be in the middle of the sides of quadratic cells
+         do k = 1, size(model%constraints)
+            if (is_pin(model%constraints(k))) call mark(middle_of(model%constraints(k), d), d, .true., merge(2, 1, ndim == 2))
          end do
+      end do
+      if (box%unit > 0) then
+         if (product((box%upper - box%lower)/box%unit) > most_aligned) then
+            box%unit = 0
+            farthest = 0
+         end if
+      end if
+      do kind = 1, 3
+         do d = 1, ndim
+            select case (kind)
+             case (1)
+               do k = 1, size(model%constraints)
+                  associate (lower => model%constraints(k)%lower, upper => model%constraints(k)%upper)
+                     if (size(lower) < ndim .or. size(upper) < ndim) cycle
+                     if (upper(d) - lower(d) < narrow*extent) cycle
+                     call mark(lower(d), d, is_needed=.false.)
+                     call mark(upper(d), d, is_needed=.false.)
+                  end associate
+               end do
+             case (2)
+               do k = 1, size(model%planes)
+                  call mark(model%planes(k)%center(d), d, is_needed=.false.)
+               end do
+               do k = 1, size(model%paths)
+                  call mark_path(k, d, .false.)
+               end do
+             case default
+               do k = 1, size(model%loads)
+                  if (.not. model%loads(k)%has_place) cycle
+                  call mark(model%loads(k)%lower(d), d, is_needed=.false.)
+                  call mark(model%loads(k)%upper(d), d, is_needed=.false.)
+               end do
+            end select
+         end do
+      end do
+      if (box%unit <= 0) box%unit = wanted
+      if (farthest > 0) box%unit = without_rounding(farthest, extent)/(anint(2*farthest/box%unit)/2) ! without rounding
+      do k = 1, size(model%constraints)
+         if (.not. is_pin(model%constraints(k))) cycle
+         box%has_middles = box%has_middles .or. any([(is_off(middle_of(model%constraints(k), d), d), d=1, ndim)])
       end do
 
    contains
 
-      !> Take a coordinate within the box.
-      pure subroutine mark(x, d)
+      !> Whether a support is to hold one node.
+      pure logical function is_pin(c)
+         type(constraint_spec_t), intent(in) :: c
+         is_pin = size(c%lower) == ndim .and. size(c%upper) == ndim
+         if (is_pin) is_pin = all(c%upper - c%lower < narrow*extent)
+      end function is_pin
+
+      !> A coordinate of the middle of a support [m].
+      pure real(dp) function middle_of(c, d)
+         type(constraint_spec_t), intent(in) :: c
+         integer, intent(in) :: d
+         middle_of = (c%lower(d) + c%upper(d))/2
+      end function middle_of
+
+      !> Whether a coordinate is of no nodes at corners of cells.
+      pure logical function is_off(x, d)
          real(dp), intent(in) :: x               !! [m]
          integer, intent(in) :: d
+         is_off = abs((x - box%origin(d))/box%unit - anint((x - box%origin(d))/box%unit)) > tolerance
+      end function is_off
+
+      !> Take the ends of a path.
+      subroutine mark_path(path, d, is_needed)
+         integer, intent(in) :: path, d
+         logical, intent(in) :: is_needed
+         associate (points => model%paths(path)%points)
+            if (size(points, 2) == 0) return
+            call mark(points(d, 1), d, is_needed)
+            call mark(points(d, size(points, 2)), d, is_needed)
+         end associate
+      end subroutine mark_path
+
+      !> Take a coordinate within the box, where it is needed or leaves the unit large enough: of nodes at corners of cells or, at
+      !> their parts, between.
+      subroutine mark(x, d, is_needed, parts)
+         real(dp), intent(in) :: x               !! [m]
+         integer, intent(in) :: d
+         logical, intent(in) :: is_needed
+         integer, intent(in), optional :: parts  !! of a cell; 1 by default
          real(dp) :: a, b, rest
          if (x < box%lower(d) - same*extent .or. x > box%upper(d) + same*extent) return
-         a = x - box%lower(d)
-         b = unit
+         if (.not. is_marked(d)) box%origin(d) = x
+         is_marked(d) = .true.
+         a = abs(x - box%origin(d))
+         if (present(parts)) a = parts*a
+         b = box%unit
          if (a <= same*extent) return
          do while (b > same*extent)
             rest = modulo(a, b)
@@ -197,7 +272,9 @@ contains
             a = b
             b = rest
          end do
-         unit = a
+         if (.not. (is_needed .or. a >= least_part*wanted)) return
+         box%unit = a
+         farthest = max(farthest, abs(x - box%origin(d)))
       end subroutine mark
-   end function unit_of
+   end subroutine find_unit
 end module hampm_lattices

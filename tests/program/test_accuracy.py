@@ -207,6 +207,33 @@ def test_supports_that_end_between_nodes(hampm):
     """What they hold depends on the cells: meshes are compared, and a warning says so."""
     text = beam(0.05).replace("fix = 'y' /", "fix = 'y' /\n&constraint lower = 0.09, 0.0037  upper = 0.1, 0.01  fix = 'x' /", 1)
     row = run(hampm, text)
-    assert "end between nodes" in row.said
+    assert "ends between nodes" in row.said
     assert abs(row["J"][-1] / G - 1) <= 0.05
     assert "between nodes" not in run(hampm, beam(0.05)).said
+
+
+def test_lattices_between_edges_of_other_shapes(hampm):
+    """Bodies of other shapes than rectangles need no nodes: lattices begin at the end of a support. What a support holds of a body is two cells at least. Finite elements of order 4: 3.0673e-4 J."""
+    text = """&run plane = 'strain' end_time = 1 /
+&material name = 'm' young = 1e9 poisson = 0.3 density = 1000 /
+&body material = 'm' shape = 'polygon' points = 0.3e-3, 0.2e-3, 10.3e-3, 1.1e-3, 10.3e-3, 4.3e-3, 0.3e-3, 4.3e-3 /
+&constraint lower = -1e-3, -1e-3 upper = 12e-3, 0.5e-3 fix = 'xy' /
+&load kind = 'traction' lower = 10.3e-3, 0 upper = 10.3e-3, 6e-3 force = 0, -100 /
+&crack kind = 'path' points = 9e-3, 3e-3, 9.5e-3, 3e-3 /
+&method time = 'static' /
+&accuracy quantity = 'J' error = 0.9 /
+&output file = 'out.h5' /
+"""
+    row = run(hampm, text)
+    assert "between nodes" not in row.said
+    assert row["strain_energy"][-1] == pytest.approx(3.0673e-4, rel=0.1)
+
+
+def test_pins_between_nodes_leave_cells_large(hampm):
+    """Pins that are no multiples of the unit of edges are in the middle of sides of quadratic cells, of which there would be four times as many else. Tada, Paris & Irwin (2000), p. 2.2."""
+    text = re.sub(r"&(grid|refine)\n.*?\n/\n", "", (INPUT / "centre_crack.nml").read_text(), flags=re.DOTALL)
+    row = run(hampm, text + "&accuracy quantity = 'K_I'  error = 0.01 /\n", "output.file=out.h5")
+    truth = 1.1090 * 1e6 * np.sqrt(np.pi * 20e-3)
+    print(row["K_I"][-1] / truth - 1, row["particles"][-1])
+    assert abs(row["K_I"][-1] / truth - 1) <= 0.01
+    assert row["particles"][-1] < 1e5 and "between nodes" not in row.said
