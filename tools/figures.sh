@@ -127,6 +127,11 @@ draw_estimates() {
     "$python" tools/estimate_picture.py docs/evidence/estimates_before.csv docs/evidence/estimates_after.csv --output $out/estimates.png
 }
 
+# What runs reach that are asked for an error, and what they cost, from the table of bench/accuracy.py --csv
+draw_accuracy() {
+    "$python" tools/accuracy_picture.py docs/evidence/accuracy_models.csv --output $out/accuracy.png
+}
+
 # Its vibration, undamped and damped, against finite elements
 draw_dcb_dynamic() {
     for rate in 0 1e4; do
