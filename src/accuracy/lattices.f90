@@ -160,7 +160,7 @@ contains
          do k = 1, size(model%constraints)
             associate (lower => model%constraints(k)%lower, upper => model%constraints(k)%upper)
                if (size(lower) < ndim .or. size(upper) < ndim) cycle
-               if (is_pin(model%constraints(k)) .or. .not. upper(d) - lower(d) < narrow*extent) cycle
+               if (is_point(model%constraints(k)) .or. .not. upper(d) - lower(d) < narrow*extent) cycle
                call mark((lower(d) + upper(d))/2, d, is_needed=.true.)
             end associate
          end do
@@ -173,7 +173,7 @@ contains
       end do
       do d = 1, ndim                             ! nodes may be in the middle of the sides of quadratic cells
          do k = 1, size(model%constraints)
-            if (is_pin(model%constraints(k))) call mark(middle_of(model%constraints(k), d), d, .true., merge(2, 1, ndim == 2))
+            if (is_point(model%constraints(k))) call mark(middle_of(model%constraints(k), d), d, .true., merge(2, 1, ndim == 2))
          end do
       end do
       if (box%unit > 0) then
@@ -213,18 +213,18 @@ contains
       if (box%unit <= 0) box%unit = wanted
       if (farthest > 0) box%unit = without_rounding(farthest, extent)/(anint(2*farthest/box%unit)/2) ! without rounding
       do k = 1, size(model%constraints)
-         if (.not. is_pin(model%constraints(k))) cycle
+         if (.not. is_point(model%constraints(k))) cycle
          box%has_middles = box%has_middles .or. any([(is_off(middle_of(model%constraints(k), d), d), d=1, ndim)])
       end do
 
    contains
 
       !> Whether a support is to hold one node.
-      pure logical function is_pin(c)
+      pure logical function is_point(c)
          type(constraint_spec_t), intent(in) :: c
-         is_pin = size(c%lower) == ndim .and. size(c%upper) == ndim
-         if (is_pin) is_pin = all(c%upper - c%lower < narrow*extent)
-      end function is_pin
+         is_point = size(c%lower) == ndim .and. size(c%upper) == ndim
+         if (is_point) is_point = all(c%upper - c%lower < narrow*extent)
+      end function is_point
 
       !> A coordinate of the middle of a support [m].
       pure real(dp) function middle_of(c, d)

@@ -381,10 +381,11 @@ contains
          integer, intent(in) :: e
          real(dp), parameter :: least = 1e-9_dp  ! part of a cell
          real(dp) :: moments(0:ndim), corner(ndim, 2), edge
-         integer :: k
+         integer :: first, k
+         first = grid%first_of_piece(e)
          edge = grid%leaf_size(e)
-         corner(:, 1) = max(grid%element_lower(:, grid%first_of_piece(e)), box%reach(:, 1) - aside*edge)
-         corner(:, 2) = min(grid%element_lower(:, grid%first_of_piece(e)) + edge, box%reach(:, 2) + aside*edge)
+         corner(:, 1) = max(grid%element_lower(:, first), box%reach(:, 1) - aside*edge)
+         corner(:, 2) = min(grid%element_lower(:, first) + edge, box%reach(:, 2) + aside*edge)
          reaches = .false.
          if (any(corner(:, 2) <= corner(:, 1))) return
          do k = 1, size(grid%bodies)

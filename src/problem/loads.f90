@@ -74,7 +74,7 @@ contains
       real(dp), parameter :: rounding = 1e-9_dp  ! part of a particle
       real(dp), allocatable :: part(:), middle(:, :), mass(:), half_of_part(:, :)
       real(dp) :: half(ndim), ends(ndim, 2)
-      integer :: i
+      integer :: i, first
       allocate (part(p%n), middle(ndim, p%n))
       allocate (half_of_part(ndim, p%n), source=0.0_dp)
       mass = p%mass(:p%n)
@@ -86,7 +86,8 @@ contains
          middle(:, i) = (ends(:, 1) + ends(:, 2))/2
          if (.not. present(fills)) cycle
          if (.not. fills(i) .or. part(i) <= rounding) cycle
-         associate (corner => grid%element_lower(:, grid%first_of_piece(p%cell(i))), edge => grid%leaf_size(p%cell(i)))
+         first = grid%first_of_piece(p%cell(i))
+         associate (corner => grid%element_lower(:, first), edge => grid%leaf_size(first))
             if (all(corner >= lower - rounding*edge .and. corner + edge <= upper + rounding*edge)) cycle
          end associate
          half_of_part(:, i) = (ends(:, 2) - ends(:, 1))/2
