@@ -18,8 +18,8 @@ module hampm_interface_step
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
-   use hampm_interface_points, only: interfaces_t, direction_of, components_of, vector_of, interface_states, &
-                                     stiffness_in_directions, force_at, have_friction, &
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, direction_of, components_of, vector_of, &
+                                     interface_states, stiffness_in_directions, force_at, have_friction, &
                                      hold_friction, commit_slip, cohesion_at, holds, are_apart
    use hampm_cohesive_law, only: cohesive_state_t
    use hampm_jumps, only: jump_of, give_nodes, add_mass_product
@@ -46,11 +46,11 @@ module hampm_interface_step
    real(dp), parameter :: none = 1e-18_dp        !! part of the largest acceleration by a force that is not kept
 
    !> Response to unit forces of a point, along x and along y: accelerations A C' of some nodes, and M A C', by which other points
-   !> are affected.
+   !> are affected and which a point with a given force does without.
    type :: response_t
       integer, allocatable :: node(:)
       real(dp), allocatable :: acceleration(:, :) !! of the first of these, others have none [1/kg], (ndim, nodes)
-      real(dp), allocatable :: mapped(:, :)      !! [-], (ndim, nodes)
+      real(dp), allocatable :: mapped(:, :)      !! [-], (ndim, nodes), or none
    end type response_t
 
    !> Data of a mesh, of the factorised matrix, and workspace. Unknowns are the normal and the tangential force of each point. Where
@@ -127,7 +127,7 @@ contains
       do k = 1, interfaces%n_at_end
          associate (of => self%responses(k), point => interfaces%list(k))
             change = 0
-            do j = 1, size(of%node)
+            do j = 1, size(of%mapped, 2)
                change = change + of%mapped(:, j)*acceleration(:, of%node(j))
             end do
             change = dt*change
@@ -147,7 +147,7 @@ contains
       if (rubs) interfaces%list(:interfaces%n)%friction_limit = -1
       do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k))
-            point%effective_opening = point%opening
+            point%effective_opening = merge(self%opening(:, k), point%opening, has_given_force(point))
             point%opening = self%opening(:, k)
             point%before = point%opening
             acting(:, k) = vector_of(point, f(ndim*(k - 1) + 1:ndim*k))
@@ -296,6 +296,7 @@ contains
             end associate
             of%mapped = self%mapped(:, of%node)
             if (interfaces%strain_last) of%mapped = self%unit(:, of%node)
+            if (has_given_force(point)) of%mapped = of%mapped(:, :0)
             self%unit(:, of%node) = 0
             self%moved(:, of%node) = 0
             self%mapped(:, of%node) = 0
@@ -465,7 +466,14 @@ contains
       call pattern_of_cliques(ndim*size(self%responses), cliques, self%compliance)
    end subroutine find_pattern
 
-   !> Find W over beta dt**2: changes of the accelerations of the openings by unit forces.
+   !> Whether the force of a point does not depend on its opening, as long as the mesh stays: of those that a front has reached.
+   pure logical function has_given_force(point)
+      type(interface_point_t), intent(in) :: point
+      has_given_force = point%law == bonded .and. point%plane > 0 .and. .not. point%stiffness > 0
+   end function has_given_force
+
+   !> Find W over beta dt**2: changes of the accelerations of the openings by unit forces. Openings by which no force changes have
+   !> none.
    pure subroutine find_compliance(self, interfaces)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(in) :: interfaces
@@ -473,6 +481,10 @@ contains
       integer :: row, k, j, d, c
       do row = 1, interfaces%n_at_end
          associate (of => self%responses(row), point => interfaces%list(row), w => self%compliance)
+            if (size(of%mapped, 2) == 0) then
+               w%value(w%row_start(ndim*(row - 1) + 1):w%row_start(ndim*row + 1) - 1) = 0
+               cycle
+            end if
             self%mapped(:, of%node) = of%mapped
             associate (first => w%row_start(ndim*(row - 1) + 1), &
                        n => w%row_start(ndim*(row - 1) + 2) - w%row_start(ndim*(row - 1) + 1))
