@@ -15,6 +15,7 @@ module hampm_mass_choice
       integer :: by = by_lumped                  !! way of solution
       integer :: order = 1                       !! of fmpm
       logical :: refined_only = .false.          !! whether a partial one is full in the refined cells, else in the box
+      logical :: around_tips = .false.           !! whether it is in the cells around growing tips
       real(dp) :: lumped_inside = 0              !! lumped part of the cells within the box [-]
       real(dp) :: lumped_outside = 0             !! and of the others [-]
       real(dp) :: lower(ndim) = -huge(1.0_dp)    !! box of a partial mass matrix [m]
@@ -23,8 +24,8 @@ module hampm_mass_choice
 
 contains
 
-   !> A mass matrix by name: 'lumped', 'consistent', 'partial' (consistent within the box, lumped elsewhere), 'fmpm' of an order, or
-   !> 'weighted' with a lumped part.
+   !> A mass matrix by name: 'lumped', 'consistent', 'partial' (consistent within the box, lumped elsewhere), 'fmpm' of an order,
+   !> 'weighted' with a lumped part, or 'tip_weighted' with it around growing tips and lumped elsewhere.
    pure function new_mass_choice(mass, solver, order, lumped_fraction, lower, upper, refined_only) result(choice)
       character(*), intent(in) :: mass
       character(*), intent(in) :: solver         !! 'cg' or 'direct'
@@ -42,6 +43,10 @@ contains
       case ('weighted')
          choice%lumped_inside = lumped_fraction
          choice%lumped_outside = lumped_fraction
+      case ('tip_weighted')
+         choice%lumped_inside = lumped_fraction
+         choice%lumped_outside = 1
+         choice%around_tips = .true.
       case ('partial')
          choice%lumped_outside = 1
          choice%lower = lower
@@ -55,9 +60,10 @@ contains
    !>
    !> The weights of a hanging node of quadratic cells are not all positive. The contribution of two cells beside a coarser one to
    !> its nodes is positive if the same part of both is lumped: the larger one.
-   subroutine choose_cells(choice, grid, matrix, failure)
+   subroutine choose_cells(choice, grid, near_tips, matrix, failure)
       type(mass_choice_t), intent(in) :: choice
       type(grid_t), intent(in) :: grid
+      logical, intent(in) :: near_tips(:)        !! whether elements are around growing tips, where the choice asks for that
       type(mass_matrix_t), intent(inout) :: matrix
       type(failure_t), intent(inout) :: failure
       integer :: status
@@ -75,14 +81,15 @@ contains
          return
       end if
       matrix%is_solved = choice%by /= by_fmpm
-      call set_fractions(choice, grid, matrix)
+      call set_fractions(choice, grid, near_tips, matrix)
       if (grid%is_quadratic() .and. choice%lumped_inside < choice%lumped_outside) call agree_beside_coarser(grid, matrix)
    end subroutine choose_cells
 
    !> Which cells have nodes that may hang, and which part of each is lumped.
-   subroutine set_fractions(choice, grid, matrix)
+   subroutine set_fractions(choice, grid, near_tips, matrix)
       type(mass_choice_t), intent(in) :: choice
       type(grid_t), intent(in) :: grid
+      logical, intent(in) :: near_tips(:)
       type(mass_matrix_t), intent(inout) :: matrix
       real(dp) :: middle(ndim)
       integer :: e
@@ -91,7 +98,9 @@ contains
             middle = grid%element_lower(:, e) + merge(1.0_dp, 0.5_dp, matrix%quarters > 1)*grid%element_size(e)
             matrix%may_hang(cell) = any(grid%support_of(e) > grid%n_nodes)
             matrix%lumped_fraction(cell) = choice%lumped_outside
-            if (choice%refined_only) then
+            if (choice%around_tips) then
+               if (near_tips(e)) matrix%lumped_fraction(cell) = choice%lumped_inside
+            else if (choice%refined_only) then
                if (grid%forest%level_of(grid%element_leaf(e)) > 0) matrix%lumped_fraction(cell) = choice%lumped_inside
             else if (all(middle >= choice%lower .and. middle <= choice%upper)) then
                matrix%lumped_fraction(cell) = choice%lumped_inside

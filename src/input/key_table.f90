@@ -275,13 +275,15 @@ module hampm_key_table
       key_t('shape_functions', type_name, &
          'of a particle in frame = ''updated'': of its place, or the mean over the corners of its '//'domain', default='linear', &
          allowed='linear|cpdi'), &
-      key_t('mass', type_name, 'mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a '// &
-         'weighted mean of both', default='lumped', allowed='lumped|consistent|partial|fmpm|weighted'), &
+      key_t('mass', type_name, 'mass matrix: by row sums, consistent, so in some cells, a series for its inverse, a '// &
+         'weighted mean of both, or that around growing tips; auto: tip_weighted where tips of the '// &
+         'plane grow in explicit steps, without contact or cohesion, else lumped', default='auto', &
+         allowed='auto|lumped|consistent|partial|fmpm|weighted|tip_weighted'), &
       key_t('order', type_integer, 'of mass = ''fmpm'': number of terms of the series; 1 is lumped', default='2', &
          allowed='[1, 100]', lowest=1.0_dp, highest=100.0_dp), &
       key_t('lumped_fraction', type_real, &
-         'of mass = ''weighted'': weight of the lumped matrix; 5/18 has the least dispersion in short '//'steps', &
-         default='0.2778', allowed='[0, 1]', lowest=0.0_dp, highest=1.0_dp), &
+         'of mass = ''weighted'' and ''tip_weighted'': weight of the lumped matrix; 5/18 has the least '// &
+         'dispersion in short steps', default='0.2778', allowed='[0, 1]', lowest=0.0_dp, highest=1.0_dp), &
       key_t('consistent_region', type_name, &
          'of mass = ''partial'': it is consistent in a box, or in the cells that are refined', default='box', &
          allowed='box|refined'), &

@@ -5,6 +5,7 @@ module hampm_reading
    use hampm_body_group, only: body_t, fill_bodies
    use hampm_consistency, only: check_consistency
    use hampm_failure, only: failure_t
+   use hampm_growth_laws, only: growth_law_t, growth_laws
    use hampm_kinds, only: dp, ndim
    use hampm_namelist_file, only: read_text, scan_namelist, scan_value_text
    use hampm_namelist_text, only: canonical_text
@@ -176,6 +177,8 @@ contains
          if (settings%number(method, 'time_step') <= 0 .and. settings%number(method, 'courant') <= 0) &
             call settings%set_numbers(method, 'time_step', [max(settings%number(run, 'end_time')/1000, least_magnitude)])
       end if
+      if (settings%text(method, 'mass') == 'auto') &
+         call settings%set_text(method, 'mass', trim(merge('tip_weighted', 'lumped      ', waves_of_cells_leave_tips(settings))))
       if (settings%text(method, 'solver') == 'auto') then
          solver = 'direct'
          if (time == 'explicit' .and. .not. cuts_quadratic_cells(settings)) then
@@ -192,6 +195,26 @@ contains
          call settings%set_numbers(crack, 'direction', direction)
       end if
    end subroutine resolve
+
+   !> Whether tips of the plane grow in explicit steps, in which lumped masses at their faces radiate waves of the cells. Points of
+   !> faces with contact or cohesion, and those of `usl`, move lumped masses with any matrix; in solids each point that is bonded
+   !> ahead of a front would have a solution of its own.
+   pure logical function waves_of_cells_leave_tips(settings) result(they_do)
+      type(settings_t), intent(in) :: settings
+      type(growth_law_t), allocatable :: laws(:)
+      integer :: k, method
+      method = settings%find('method', 1)
+      they_do = .false.
+      if (ndim > 2 .or. settings%text(method, 'time') /= 'explicit' .or. settings%text(method, 'scheme') == 'usl') return
+      if (settings%count_of('cohesive') > 0) return
+      allocate (laws, source=growth_laws())
+      do k = 1, settings%count_of('growth')
+         they_do = they_do .or. any(laws%name == settings%text(settings%find('growth', k), 'law') .and. .not. laws%is_static)
+      end do
+      do k = 1, settings%count_of('crack')
+         they_do = they_do .and. settings%text(settings%find('crack', k), 'contact') == 'none'
+      end do
+   end function waves_of_cells_leave_tips
 
    !> Whether nodal equations with a mass matrix are solved by its factors.
    pure logical function has_factors(mass)

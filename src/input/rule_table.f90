@@ -82,53 +82,53 @@ module hampm_rule_table
       'reference', 'consistent', 'partial', 'fmpm', 'weighted', 'lumped', 'reference', 'b_bar', 'standard', 'reference', &
       'fastest', 'reference', 'fastest', 'reference', 'fastest', 'reference', 'stick', 'frictionless', 'friction', 'bonded', &
       'reference', 'frictionless', 'friction', 'none', 'reference', 'reference', 'fmpm', 'implicit', 'modal', 'consistent', &
-      'lumped', 'partial', 'fmpm', 'weighted', 'explicit', 'implicit', 'modal', 'consistent', 'cg', 'direct', 'cg', 'modal', &
-      'direct', '{laws of any strain}', 'modal', 'linear_elastic', '{laws with a history}', 'modal', 'linear_elastic', &
-      'frictionless', 'friction', 'modal', 'implicit', 'modal', 'implicit', 'modal', 'implicit', 'absorbing', 'modal', &
-      'implicit', '{indicators of the motion}', 'modal', 'tip', 'modal', 'cg', 'explicit', 'implicit', 'direct', 'implicit', &
-      'implicit', 'implicit', 'refined', 'partial', '{indicators}', 'static', 'modal', 'static', 'implicit', 'modal', &
-      'static', 'modal', 'explicit']
+      'lumped', 'partial', 'fmpm', 'weighted', 'explicit', 'implicit', 'modal', 'consistent', 'tip_weighted', &
+      '{growth laws in motion}', 'weighted', 'cg', 'direct', 'cg', 'modal', 'direct', '{laws of any strain}', 'modal', &
+      'linear_elastic', '{laws with a history}', 'modal', 'linear_elastic', 'frictionless', 'friction', 'modal', 'implicit', &
+      'modal', 'implicit', 'modal', 'implicit', 'absorbing', 'modal', 'implicit', '{indicators of the motion}', 'modal', &
+      'tip', 'modal', 'cg', 'explicit', 'implicit', 'direct', 'implicit', 'implicit', 'implicit', 'refined', 'partial', &
+      '{indicators}', 'static', 'modal', 'static', 'implicit', 'modal']
 
-   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'implicit', 'updated', 'static', 'static', &
-      'stick', 'frictionless', 'friction', 'undeformed', 'static', 'b_bar', '{laws of any strain}', 'standard', 'static', &
-      'static', 'fmpm', 'weighted', 'partial', 'partial', 'partial', 'partial', 'refined', 'partial', 'refined', 'direct', &
-      'explicit', 'lumped', 'fmpm', 'static', 'usf', '{growth laws in motion}', 'musl', 'usavg', '{growth laws in motion}', &
-      'musl', 'lumped', '{growth laws in motion}', 'weighted', 'tip', '{indicators of one body}', 'stick', 'frictionless', &
-      'friction', 'zz', '{indicators of the motion}', 'explicit', 'implicit', 'tip', '{indicators}', '{indicators}', &
-      '{indicators}', '{indicators}', 'gradient', 'gradient', 'gradient', 'gradient', 'zz', 'tip', &
-      '{indicators of the motion}', 'static', '{indicators of the motion}', '{indicators of the motion}', 'static', &
-      '{indicators of the motion}', 'symmetry', 'line', 'plane', 'straight', 'disc', 'ellipse', 'polygon', 'straight', &
-      'disc', 'ellipse', 'disc', 'ellipse', 'disc', 'ellipse', 'polygon', 'path', 'path', 'polygon', 'path', 'symmetry', &
-      'path', 'symmetry', 'symmetry', 'line', 'plane', 'straight', 'frictionless', 'friction', 'line', 'path', 'plane', &
-      'frictionless', 'friction', 'frictionless', 'friction', 'symmetry', 'symmetry', 'symmetry', 'symmetry', 'total', &
-      '{growth laws at rest}', 'linear', 'bilinear', 'bilinear', 'table', 'linear', 'bilinear', 'linear', 'bilinear', &
-      'bilinear', 'table', 'table', 'domain_integral', 'symmetry', '{growth laws at rest}', '{growth laws at rest}', &
-      'static', '{growth laws in motion}', 'explicit', 'implicit', '{growth laws at rest by toughness}', &
-      '{growth laws in cycles}', '{growth laws in cycles}', 'walker', 'forman', '{growth laws in cycles}', &
-      '{growth laws in time}', '{growth laws in time}', 'charles', 'toughness', 'charles', 'toughness', &
-      '{growth laws in time}', 'charles', 'toughness', 'toughness', 'toughness', 'toughness', '{growth laws in time}', &
-      'walker', 'forman', 'largest', '{growth laws by a rate}', 'all', '{growth laws in cycles}', 'ramp', 'smooth_ramp', &
-      'sine', 'table', '{growth laws in cycles}', '{growth laws in cycles}', 'ramp', 'smooth_ramp', 'sine', 'table', &
-      '{growth laws in cycles}', '{growth laws in cycles}', '{growth laws in cycles}', 'load', 'displacement', &
-      '{growth laws in cycles}', 'growth', '{growth laws that scale loads}', '{growth laws that scale loads}', &
-      '{growth laws that scale loads}', '{growth laws that scale loads}', '{growth laws that scale loads}', 'displacement', &
-      'displacement', 'growth', 'growth', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', &
-      'crack', 'prescribed', '{growth laws in motion by toughness}', '{growth laws by speed}', 'prescribed', 'charles', &
-      'fatigue', '{growth laws by a rate}', 'walker', '{growth laws by a rate}', 'fatigue', 'fatigue', &
-      '{growth laws at rest}', '{growth laws in motion by toughness}', 'toughness', '{growth laws by speed}', &
-      '{growth laws by speed}', '{growth laws by speed}']
+   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'static', 'modal', 'explicit', 'implicit', &
+      'updated', 'static', 'static', 'stick', 'frictionless', 'friction', 'undeformed', 'static', 'b_bar', &
+      '{laws of any strain}', 'standard', 'static', 'static', 'fmpm', 'weighted', 'tip_weighted', 'partial', 'partial', &
+      'partial', 'partial', 'refined', 'partial', 'refined', 'direct', 'explicit', 'lumped', 'fmpm', 'static', 'usf', &
+      '{growth laws in motion}', 'musl', 'usavg', '{growth laws in motion}', 'musl', 'lumped', '{growth laws in motion}', &
+      'weighted', 'tip', '{indicators of one body}', 'stick', 'frictionless', 'friction', 'zz', '{indicators of the motion}', &
+      'explicit', 'implicit', 'tip', '{indicators}', '{indicators}', '{indicators}', '{indicators}', 'gradient', 'gradient', &
+      'gradient', 'gradient', 'zz', 'tip', '{indicators of the motion}', 'static', '{indicators of the motion}', &
+      '{indicators of the motion}', 'static', '{indicators of the motion}', 'symmetry', 'line', 'plane', 'straight', 'disc', &
+      'ellipse', 'polygon', 'straight', 'disc', 'ellipse', 'disc', 'ellipse', 'disc', 'ellipse', 'polygon', 'path', 'path', &
+      'polygon', 'path', 'symmetry', 'path', 'symmetry', 'symmetry', 'line', 'plane', 'straight', 'frictionless', 'friction', &
+      'line', 'path', 'plane', 'frictionless', 'friction', 'frictionless', 'friction', 'symmetry', 'symmetry', 'symmetry', &
+      'symmetry', 'total', '{growth laws at rest}', 'linear', 'bilinear', 'bilinear', 'table', 'linear', 'bilinear', &
+      'linear', 'bilinear', 'bilinear', 'table', 'table', 'domain_integral', 'symmetry', '{growth laws at rest}', &
+      '{growth laws at rest}', 'static', '{growth laws in motion}', 'explicit', 'implicit', &
+      '{growth laws at rest by toughness}', '{growth laws in cycles}', '{growth laws in cycles}', 'walker', 'forman', &
+      '{growth laws in cycles}', '{growth laws in time}', '{growth laws in time}', 'charles', 'toughness', 'charles', &
+      'toughness', '{growth laws in time}', 'charles', 'toughness', 'toughness', 'toughness', 'toughness', &
+      '{growth laws in time}', 'walker', 'forman', 'largest', '{growth laws by a rate}', 'all', '{growth laws in cycles}', &
+      'ramp', 'smooth_ramp', 'sine', 'table', '{growth laws in cycles}', '{growth laws in cycles}', 'ramp', 'smooth_ramp', &
+      'sine', 'table', '{growth laws in cycles}', '{growth laws in cycles}', '{growth laws in cycles}', 'load', &
+      'displacement', '{growth laws in cycles}', 'growth', '{growth laws that scale loads}', &
+      '{growth laws that scale loads}', '{growth laws that scale loads}', '{growth laws that scale loads}', &
+      '{growth laws that scale loads}', 'displacement', 'displacement', 'growth', 'growth', 'ramp', 'smooth_ramp', 'sine', &
+      'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'crack', 'prescribed', '{growth laws in motion by toughness}', &
+      '{growth laws by speed}', 'prescribed', 'charles', 'fatigue', '{growth laws by a rate}', 'walker', &
+      '{growth laws by a rate}', 'fatigue', 'fatigue', '{growth laws at rest}', '{growth laws in motion by toughness}']
 
-   character(name_len), parameter :: values_4(*) = [character(name_len) :: '{growth laws by speed}', &
-      '{growth laws in motion by toughness}', 'toughness', 'symmetry', 'hutchinson_suo', 'benzeggagh_kenane', &
-      'benzeggagh_kenane', 'benzeggagh_kenane', '{growth laws at rest}', '{growth laws at rest}', 'path', 'path', 'path', &
-      '{growth laws at rest}', 'hoop_stress', 'local_symmetry', 'max_energy', 'path', 'symmetry', 'straight', 'last', &
-      'first', '{growth laws at rest}', 'largest', 'largest', '{growth laws at rest}', 'all', 'first', 'symmetry', 'largest', &
-      'last', 'symmetry', 'static', 'symmetry', 'crack', 'frictionless', 'friction', 'none', '{laws of any strain}', &
-      'linear_elastic', 'orthotropic', '{laws with a history}', 'linear_elastic', 'orthotropic', '{estimators}', &
-      '{estimators at nodes}', 'domain_integral', '{estimators at nodes}', 'symmetry', 'domain_integral', &
-      '{estimators at nodes}', 'domain_integral', '{estimators of elastic material}', '{laws with a history}', &
-      'domain_integral', 'stress_closure', 'crack', 'domain_integral', '{estimators of isotropic material}', 'orthotropic', &
-      'domain_integral', '{estimators for traction-free faces}', 'frictionless', 'friction', 'domain_integral', &
+   character(name_len), parameter :: values_4(*) = [character(name_len) :: 'toughness', '{growth laws by speed}', &
+      '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}', '{growth laws in motion by toughness}', &
+      'toughness', 'symmetry', 'hutchinson_suo', 'benzeggagh_kenane', 'benzeggagh_kenane', 'benzeggagh_kenane', &
+      '{growth laws at rest}', '{growth laws at rest}', 'path', 'path', 'path', '{growth laws at rest}', 'hoop_stress', &
+      'local_symmetry', 'max_energy', 'path', 'symmetry', 'straight', 'last', 'first', '{growth laws at rest}', 'largest', &
+      'largest', '{growth laws at rest}', 'all', 'first', 'symmetry', 'largest', 'last', 'symmetry', 'static', 'symmetry', &
+      'crack', 'frictionless', 'friction', 'none', '{laws of any strain}', 'linear_elastic', 'orthotropic', &
+      '{laws with a history}', 'linear_elastic', 'orthotropic', '{estimators}', '{estimators at nodes}', 'domain_integral', &
+      '{estimators at nodes}', 'symmetry', 'domain_integral', '{estimators at nodes}', 'domain_integral', &
+      '{estimators of elastic material}', '{laws with a history}', 'domain_integral', 'stress_closure', 'crack', &
+      'domain_integral', '{estimators of isotropic material}', 'orthotropic', 'domain_integral', &
+      '{estimators for traction-free faces}', 'frictionless', 'friction', 'domain_integral', &
       '{estimators for traction-free faces}', 'crack', 'domain_integral', '{estimators for traction-free faces}', 'left', &
       'right', 'domain_integral', '{estimators for traction-free faces}', 'domain_integral', &
       '{estimators for stationary tips}', 'domain_integral', '{estimators for stationary tips}', 'domain_integral', &
@@ -744,603 +744,606 @@ module hampm_rule_table
       atom_t(1, is_one_of, 9, 1, 353, 355, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 356, 355, 0.0_dp, cells_that_are_cut), &
       atom_t(1, is_one_of, 9, 13, 356, 356, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 357, 357, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 358, 357, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(1, is_named, 0, 0, 358, 357, 0.0_dp, quadratic_cells_at_an_axis), &
-      atom_t(1, is_one_of, 9, 19, 358, 358, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 359, 359, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 360, 360, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 357, 357, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 358, 358, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 359, 359, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 360, 360, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 361, 360, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(1, is_named, 0, 0, 361, 360, 0.0_dp, quadratic_cells_at_an_axis), &
       atom_t(1, is_one_of, 9, 19, 361, 361, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_6(*) = [ &
-      atom_t(0, is_one_of, 3, 2, 362, 362, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 362, 362, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 363, 363, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 364, 364, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 19, 364, 364, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 365, 365, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 366, 366, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 367, 367, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 368, 369, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 370, 370, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 371, 371, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 372, 371, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 372, 372, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 368, 368, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 369, 369, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 370, 370, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 371, 372, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 373, 373, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 14, 374, 373, 1.0_dp), &
       atom_t(1, is_one_of, 9, 1, 374, 374, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 375, 374, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 375, 375, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 376, 376, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 376, 376, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 14, 377, 376, 1.0_dp), &
       atom_t(1, is_one_of, 9, 1, 377, 377, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 378, 378, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 379, 379, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 379, 379, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 380, 380, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 381, 381, 0.0_dp), &
-      atom_t(0, is_set, 9, 4, 382, 381, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 382, 382, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 383, 383, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 384, 383, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 384, 385, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 386, 385, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 19, 386, 386, 0.0_dp), &
-      atom_t(0, is_set, 9, 2, 387, 386, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 387, 387, 0.0_dp), &
-      atom_t(0, is_set, 9, 3, 388, 387, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 388, 388, 0.0_dp), &
-      atom_t(0, is_above, 9, 2, 389, 388, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 389, 389, 0.0_dp), &
-      atom_t(1, is_above, 9, 8, 390, 389, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 16, 390, 390, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 391, 391, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 392, 392, 0.0_dp), &
-      atom_t(0, is_above, 9, 8, 393, 392, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 393, 393, 0.0_dp), &
-      atom_t(0, is_above, 9, 8, 394, 393, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 394, 394, 0.0_dp), &
-      atom_t(0, is_set, 9, 7, 395, 394, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 395, 397, 0.0_dp), &
-      atom_t(0, is_set, 9, 13, 398, 397, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 398, 397, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 10, 398, 397, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 398, 398, 0.0_dp), &
-      atom_t(0, is_set, 9, 10, 399, 398, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 399, 399, 0.0_dp), &
-      atom_t(0, is_set, 9, 10, 400, 399, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 400, 401, 0.0_dp), &
-      atom_t(1, is_set, 9, 8, 402, 401, 0.0_dp), &
-      atom_t(2, is_one_of, 9, 11, 402, 402, 0.0_dp), &
-      atom_t(0, is_set, 9, 6, 403, 402, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 403, 403, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 5, 404, 404, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 405, 407, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 5, 408, 408, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 5, 409, 409, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 410, 410, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 411, 411, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 412, 412, 0.0_dp), &
-      atom_t(0, is_set, 9, 5, 413, 412, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 413, 413, 0.0_dp), &
-      atom_t(0, is_set, 9, 5, 414, 413, 0.0_dp), &
-      atom_t(1, is_present, 6, 0, 414, 413, 0.0_dp), &
-      atom_t(2, is_set, 5, 4, 414, 413, 0.0_dp), &
-      atom_t(3, is_set, 4, 12, 414, 413, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 414, 414, 0.0_dp), &
-      atom_t(1, is_present, 6, 0, 415, 414, 0.0_dp), &
-      atom_t(2, is_set, 5, 4, 415, 414, 0.0_dp), &
-      atom_t(3, is_set, 5, 5, 415, 414, 0.0_dp), &
-      atom_t(4, is_set, 4, 12, 415, 414, 0.0_dp), &
-      atom_t(0, is_set, 9, 14, 415, 414, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 415, 415, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 416, 415, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 15, 416, 415, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 416, 416, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 417, 416, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 16, 417, 416, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 417, 417, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 418, 417, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 17, 418, 417, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 381, 381, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 382, 382, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 383, 383, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 384, 384, 0.0_dp), &
+      atom_t(0, is_set, 9, 4, 385, 384, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 385, 385, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 386, 386, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 387, 386, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 387, 388, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 389, 388, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 19, 389, 389, 0.0_dp), &
+      atom_t(0, is_set, 9, 2, 390, 389, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 390, 390, 0.0_dp), &
+      atom_t(0, is_set, 9, 3, 391, 390, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 391, 391, 0.0_dp), &
+      atom_t(0, is_above, 9, 2, 392, 391, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 392, 392, 0.0_dp), &
+      atom_t(1, is_above, 9, 8, 393, 392, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 16, 393, 393, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 394, 394, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 395, 395, 0.0_dp), &
+      atom_t(0, is_above, 9, 8, 396, 395, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 396, 396, 0.0_dp), &
+      atom_t(0, is_above, 9, 8, 397, 396, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 397, 397, 0.0_dp), &
+      atom_t(0, is_set, 9, 7, 398, 397, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 398, 400, 0.0_dp), &
+      atom_t(0, is_set, 9, 13, 401, 400, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 401, 400, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 10, 401, 400, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 401, 401, 0.0_dp), &
+      atom_t(0, is_set, 9, 10, 402, 401, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 402, 402, 0.0_dp), &
+      atom_t(0, is_set, 9, 10, 403, 402, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 403, 404, 0.0_dp), &
+      atom_t(1, is_set, 9, 8, 405, 404, 0.0_dp), &
+      atom_t(2, is_one_of, 9, 11, 405, 405, 0.0_dp), &
+      atom_t(0, is_set, 9, 6, 406, 405, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 406, 406, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 5, 407, 407, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 408, 410, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 411, 411, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 5, 412, 412, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 413, 413, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 414, 414, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 415, 415, 0.0_dp), &
+      atom_t(0, is_set, 9, 5, 416, 415, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 416, 416, 0.0_dp), &
+      atom_t(0, is_set, 9, 5, 417, 416, 0.0_dp), &
+      atom_t(1, is_present, 6, 0, 417, 416, 0.0_dp), &
+      atom_t(2, is_set, 5, 4, 417, 416, 0.0_dp), &
+      atom_t(3, is_set, 4, 12, 417, 416, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 417, 417, 0.0_dp), &
+      atom_t(1, is_present, 6, 0, 418, 417, 0.0_dp), &
+      atom_t(2, is_set, 5, 4, 418, 417, 0.0_dp), &
+      atom_t(3, is_set, 5, 5, 418, 417, 0.0_dp), &
+      atom_t(4, is_set, 4, 12, 418, 417, 0.0_dp), &
+      atom_t(0, is_set, 9, 14, 418, 417, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 418, 418, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 419, 418, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 18, 419, 418, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 419, 419, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 420, 419, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 17, 420, 419, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 420, 420, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 16, 421, 421, 0.0_dp), &
-      atom_t(0, is_set, 9, 18, 422, 421, 0.0_dp), &
+      atom_t(0, is_set, 9, 15, 419, 418, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 419, 420, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 421, 420, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 16, 421, 420, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 421, 421, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 422, 421, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 17, 422, 421, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 422, 422, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 16, 423, 423, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 424, 424, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 425, 425, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 426, 427, 0.0_dp), &
-      atom_t(0, is_set, 7, 1, 428, 427, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 428, 428, 0.0_dp), &
-      atom_t(0, is_set, 20, 2, 429, 428, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 429, 428, 0.0_dp, samples_apart_from_load_steps), &
-      atom_t(0, is_one_of, 9, 7, 429, 429, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 430, 430, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 7, 431, 431, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 7, 432, 432, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 433, 433, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 7, 434, 434, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 435, 435, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 436, 436, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 437, 437, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 438, 438, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 439, 438, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 439, 439, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 440, 442, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 443, 443, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 444, 444, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 445, 444, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 445, 446, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 447, 446, 0.0_dp, cells_that_are_cut)]
+      atom_t(1, is_named, 0, 0, 423, 422, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 18, 423, 422, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 423, 423, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 424, 423, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 17, 424, 423, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 424, 424, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 16, 425, 425, 0.0_dp), &
+      atom_t(0, is_set, 9, 18, 426, 425, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 426, 426, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 16, 427, 427, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 428, 428, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 429, 429, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 430, 431, 0.0_dp), &
+      atom_t(0, is_set, 7, 1, 432, 431, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 432, 432, 0.0_dp), &
+      atom_t(0, is_set, 20, 2, 433, 432, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 433, 432, 0.0_dp, samples_apart_from_load_steps), &
+      atom_t(0, is_one_of, 9, 7, 433, 433, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 434, 434, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 7, 435, 435, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 7, 436, 436, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 437, 437, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 7, 438, 438, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 439, 439, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 440, 440, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 441, 441, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 442, 442, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 443, 442, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 443, 443, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 444, 446, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 447, 447, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 448, 448, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_7(*) = [ &
-      atom_t(1, is_one_of, 10, 1, 447, 447, 0.0_dp), &
-      atom_t(0, is_set, 10, 8, 448, 447, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 448, 448, 0.0_dp), &
-      atom_t(0, is_set, 10, 9, 449, 448, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 449, 449, 0.0_dp), &
-      atom_t(0, is_set, 10, 10, 450, 449, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 450, 450, 0.0_dp), &
-      atom_t(0, is_set, 10, 13, 451, 450, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 449, 448, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 449, 450, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 451, 450, 0.0_dp, cells_that_are_cut), &
       atom_t(1, is_one_of, 10, 1, 451, 451, 0.0_dp), &
-      atom_t(0, is_set, 10, 2, 452, 451, 0.0_dp), &
+      atom_t(0, is_set, 10, 8, 452, 451, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 452, 452, 0.0_dp), &
-      atom_t(0, is_set, 10, 3, 453, 452, 0.0_dp), &
+      atom_t(0, is_set, 10, 9, 453, 452, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 453, 453, 0.0_dp), &
-      atom_t(0, is_set, 10, 4, 454, 453, 0.0_dp), &
+      atom_t(0, is_set, 10, 10, 454, 453, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 454, 454, 0.0_dp), &
-      atom_t(0, is_set, 10, 5, 455, 454, 0.0_dp), &
+      atom_t(0, is_set, 10, 13, 455, 454, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 455, 455, 0.0_dp), &
-      atom_t(0, is_set, 10, 6, 456, 455, 0.0_dp), &
+      atom_t(0, is_set, 10, 2, 456, 455, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 456, 456, 0.0_dp), &
-      atom_t(0, is_set, 10, 7, 457, 456, 0.0_dp), &
+      atom_t(0, is_set, 10, 3, 457, 456, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 457, 457, 0.0_dp), &
-      atom_t(0, is_set, 10, 11, 458, 457, 0.0_dp), &
+      atom_t(0, is_set, 10, 4, 458, 457, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 458, 458, 0.0_dp), &
-      atom_t(0, is_set, 10, 11, 459, 458, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 459, 459, 0.0_dp), &
+      atom_t(0, is_set, 10, 5, 459, 458, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 459, 459, 0.0_dp), &
+      atom_t(0, is_set, 10, 6, 460, 459, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 460, 460, 0.0_dp), &
-      atom_t(0, is_set, 10, 12, 461, 460, 0.0_dp), &
+      atom_t(0, is_set, 10, 7, 461, 460, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 461, 461, 0.0_dp), &
-      atom_t(0, is_set, 10, 12, 462, 461, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 462, 462, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 463, 463, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 464, 466, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 467, 467, 0.0_dp), &
-      atom_t(1, is_set, 11, 2, 468, 467, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 468, 469, 0.0_dp), &
-      atom_t(1, is_set, 11, 6, 470, 469, 0.0_dp), &
-      atom_t(1, is_set, 11, 7, 470, 469, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 470, 470, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 471, 470, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 471, 470, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 471, 471, 0.0_dp), &
-      atom_t(0, is_set, 11, 6, 472, 471, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 472, 473, 0.0_dp), &
-      atom_t(0, is_set, 11, 7, 474, 473, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 474, 475, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 476, 475, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 476, 478, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 479, 479, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 480, 479, 0.0_dp), &
-      atom_t(0, is_set, 11, 11, 480, 479, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 480, 480, 0.0_dp), &
-      atom_t(2, is_one_of, 11, 5, 481, 481, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 482, 481, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 482, 482, 0.0_dp), &
-      atom_t(0, is_set, 11, 12, 483, 482, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 483, 483, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 484, 483, 0.0_dp), &
+      atom_t(0, is_set, 10, 11, 462, 461, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 462, 462, 0.0_dp), &
+      atom_t(0, is_set, 10, 11, 463, 462, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 463, 463, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 464, 464, 0.0_dp), &
+      atom_t(0, is_set, 10, 12, 465, 464, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 465, 465, 0.0_dp), &
+      atom_t(0, is_set, 10, 12, 466, 465, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 466, 466, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 467, 467, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 468, 470, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 471, 471, 0.0_dp), &
+      atom_t(1, is_set, 11, 2, 472, 471, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 472, 473, 0.0_dp), &
+      atom_t(1, is_set, 11, 6, 474, 473, 0.0_dp), &
+      atom_t(1, is_set, 11, 7, 474, 473, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 474, 474, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 475, 474, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 475, 474, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 475, 475, 0.0_dp), &
+      atom_t(0, is_set, 11, 6, 476, 475, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 476, 477, 0.0_dp), &
+      atom_t(0, is_set, 11, 7, 478, 477, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 478, 479, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 480, 479, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 480, 482, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 483, 483, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 484, 483, 0.0_dp), &
+      atom_t(0, is_set, 11, 11, 484, 483, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 484, 484, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 485, 485, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 486, 485, 0.0_dp, several_cracks), &
-      atom_t(0, is_one_of, 11, 1, 486, 486, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 487, 486, 0.0_dp, edges_that_are_no_grid_lines), &
-      atom_t(0, is_set, 11, 8, 487, 486, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 487, 488, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 489, 489, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 490, 491, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 492, 494, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 495, 495, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 496, 495, 0.0_dp, cohesion_all_along_it), &
-      atom_t(0, is_one_of, 11, 9, 496, 496, 0.0_dp), &
-      atom_t(1, is_above, 11, 10, 497, 496, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 497, 497, 0.0_dp), &
-      atom_t(0, is_set, 11, 10, 498, 497, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 498, 498, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 499, 498, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 499, 498, 0.0_dp), &
-      atom_t(0, is_set, 12, 1, 499, 498, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 499, 499, 0.0_dp), &
-      atom_t(0, is_set, 12, 2, 500, 499, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 500, 500, 0.0_dp), &
-      atom_t(0, is_set, 12, 9, 501, 500, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 501, 501, 0.0_dp), &
-      atom_t(0, is_set, 12, 10, 502, 501, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 502, 502, 0.0_dp), &
+      atom_t(2, is_one_of, 11, 5, 485, 485, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 486, 485, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 486, 486, 0.0_dp), &
+      atom_t(0, is_set, 11, 12, 487, 486, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 487, 487, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 488, 487, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 488, 488, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 489, 489, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 490, 489, 0.0_dp, several_cracks), &
+      atom_t(0, is_one_of, 11, 1, 490, 490, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 491, 490, 0.0_dp, edges_that_are_no_grid_lines), &
+      atom_t(0, is_set, 11, 8, 491, 490, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 491, 492, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 493, 493, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 494, 495, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 496, 498, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 499, 499, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 500, 499, 0.0_dp, cohesion_all_along_it), &
+      atom_t(0, is_one_of, 11, 9, 500, 500, 0.0_dp), &
+      atom_t(1, is_above, 11, 10, 501, 500, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 501, 501, 0.0_dp), &
+      atom_t(0, is_set, 11, 10, 502, 501, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 502, 502, 0.0_dp), &
       atom_t(0, is_present, 12, 0, 503, 502, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 503, 502, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 12, 1, 503, 502, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 503, 502, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 503, 503, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 504, 503, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 504, 504, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 505, 506, 0.0_dp), &
-      atom_t(1, is_above, 12, 4, 507, 506, 0.0_dp), &
-      atom_t(1, is_above, 12, 5, 507, 506, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 507, 507, 0.0_dp), &
-      atom_t(1, is_above, 12, 6, 508, 507, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 508, 508, 0.0_dp), &
-      atom_t(1, is_set, 12, 7, 509, 508, 0.0_dp), &
-      atom_t(1, is_set, 12, 8, 509, 508, 0.0_dp), &
-      atom_t(0, is_set, 12, 4, 509, 508, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 509, 510, 0.0_dp), &
-      atom_t(0, is_set, 12, 5, 511, 510, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 511, 512, 0.0_dp), &
-      atom_t(0, is_set, 12, 6, 513, 512, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 513, 513, 0.0_dp), &
-      atom_t(0, is_set, 12, 7, 514, 513, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 514, 514, 0.0_dp), &
-      atom_t(0, is_set, 12, 8, 515, 514, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 515, 515, 0.0_dp), &
-      atom_t(0, is_set, 12, 12, 516, 515, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 516, 515, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 516, 515, 0.0_dp), &
-      atom_t(0, is_set, 12, 11, 516, 515, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 516, 515, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 516, 515, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 516, 515, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 516, 515, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 516, 515, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 516, 516, 0.0_dp), &
-      atom_t(0, is_set, 13, 1, 517, 516, 0.0_dp)]
+      atom_t(1, is_present, 11, 0, 503, 502, 0.0_dp), &
+      atom_t(0, is_set, 12, 1, 503, 502, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 503, 503, 0.0_dp), &
+      atom_t(0, is_set, 12, 2, 504, 503, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 504, 504, 0.0_dp), &
+      atom_t(0, is_set, 12, 9, 505, 504, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 505, 505, 0.0_dp), &
+      atom_t(0, is_set, 12, 10, 506, 505, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 506, 506, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 507, 506, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 507, 506, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 12, 1, 507, 506, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 507, 506, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 507, 507, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 508, 507, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 508, 508, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 509, 510, 0.0_dp), &
+      atom_t(1, is_above, 12, 4, 511, 510, 0.0_dp), &
+      atom_t(1, is_above, 12, 5, 511, 510, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 511, 511, 0.0_dp), &
+      atom_t(1, is_above, 12, 6, 512, 511, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 512, 512, 0.0_dp), &
+      atom_t(1, is_set, 12, 7, 513, 512, 0.0_dp), &
+      atom_t(1, is_set, 12, 8, 513, 512, 0.0_dp), &
+      atom_t(0, is_set, 12, 4, 513, 512, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 513, 514, 0.0_dp), &
+      atom_t(0, is_set, 12, 5, 515, 514, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 515, 516, 0.0_dp), &
+      atom_t(0, is_set, 12, 6, 517, 516, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 517, 517, 0.0_dp), &
+      atom_t(0, is_set, 12, 7, 518, 517, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 518, 518, 0.0_dp), &
+      atom_t(0, is_set, 12, 8, 519, 518, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 519, 519, 0.0_dp), &
+      atom_t(0, is_set, 12, 12, 520, 519, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 520, 519, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 520, 519, 0.0_dp), &
+      atom_t(0, is_set, 12, 11, 520, 519, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 520, 519, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 520, 519, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 520, 519, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 520, 519, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_8(*) = [ &
-      atom_t(1, is_one_of, 11, 1, 517, 517, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 518, 517, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 518, 517, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 13, 1, 518, 517, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 518, 518, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 519, 518, 0.0_dp, growth_by_laws_of_both_kinds), &
-      atom_t(0, is_one_of, 13, 2, 519, 519, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 520, 520, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 521, 521, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 522, 523, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 524, 524, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 525, 524, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 525, 524, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 520, 519, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 520, 520, 0.0_dp), &
+      atom_t(0, is_set, 13, 1, 521, 520, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 521, 521, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 522, 521, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 522, 521, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 13, 1, 522, 521, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 522, 522, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 523, 522, 0.0_dp, growth_by_laws_of_both_kinds), &
+      atom_t(0, is_one_of, 13, 2, 523, 523, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 524, 524, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 525, 525, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 526, 525, 0.0_dp), &
-      atom_t(1, is_above, 13, 9, 526, 525, 0.0_dp), &
-      atom_t(1, is_above, 13, 10, 526, 525, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 526, 526, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 527, 526, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_one_of, 13, 25, 527, 528, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 529, 529, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 526, 527, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 528, 528, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 529, 528, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 529, 528, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 529, 529, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 530, 529, 0.0_dp), &
+      atom_t(1, is_above, 13, 9, 530, 529, 0.0_dp), &
+      atom_t(1, is_above, 13, 10, 530, 529, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 530, 530, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 531, 530, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 531, 531, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 532, 533, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 534, 535, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 536, 536, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 537, 537, 0.0_dp), &
-      atom_t(1, is_above, 13, 8, 538, 537, 0.0_dp), &
-      atom_t(1, is_above, 13, 10, 538, 537, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 538, 537, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 538, 538, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 539, 538, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 539, 539, 0.0_dp), &
-      atom_t(1, is_above, 13, 6, 540, 539, 0.0_dp), &
-      atom_t(2, is_set, 13, 17, 540, 539, 0.0_dp), &
-      atom_t(0, is_set, 13, 10, 540, 539, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 540, 540, 0.0_dp), &
-      atom_t(0, is_set, 13, 12, 541, 540, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 541, 541, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 542, 541, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 542, 542, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 531, 530, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_one_of, 13, 25, 531, 532, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 533, 533, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 534, 534, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 535, 534, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 535, 535, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 536, 537, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 538, 539, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 540, 540, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 541, 541, 0.0_dp), &
+      atom_t(1, is_above, 13, 8, 542, 541, 0.0_dp), &
+      atom_t(1, is_above, 13, 10, 542, 541, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 542, 541, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 542, 542, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 543, 542, 0.0_dp), &
       atom_t(0, is_one_of, 13, 25, 543, 543, 0.0_dp), &
-      atom_t(1, is_set, 13, 11, 544, 543, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 544, 544, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 545, 544, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 545, 544, 0.0_dp), &
-      atom_t(1, is_above, 13, 14, 545, 544, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 545, 544, 0.0_dp), &
-      atom_t(1, is_above, 13, 13, 545, 544, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 545, 545, 0.0_dp), &
+      atom_t(1, is_above, 13, 6, 544, 543, 0.0_dp), &
+      atom_t(2, is_set, 13, 17, 544, 543, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 544, 543, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 544, 544, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 545, 544, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 545, 545, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 546, 545, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 546, 546, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 547, 547, 0.0_dp), &
-      atom_t(0, is_present, 16, 0, 548, 547, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 548, 548, 0.0_dp), &
-      atom_t(0, is_set, 16, 3, 549, 548, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 549, 548, 0.0_dp), &
-      atom_t(0, is_set, 16, 4, 549, 548, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 549, 548, 0.0_dp), &
-      atom_t(0, is_set, 16, 5, 549, 548, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 549, 548, 0.0_dp), &
-      atom_t(0, is_set, 16, 1, 549, 548, 0.0_dp), &
-      atom_t(1, is_set, 16, 4, 549, 548, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 549, 552, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 553, 552, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 553, 553, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 554, 553, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 554, 553, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 554, 554, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 555, 558, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 559, 558, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 559, 559, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 560, 559, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 560, 559, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 560, 560, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 561, 560, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 561, 560, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 561, 561, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 562, 563, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 547, 547, 0.0_dp), &
+      atom_t(1, is_set, 13, 11, 548, 547, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 548, 548, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 549, 548, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 549, 548, 0.0_dp), &
+      atom_t(1, is_above, 13, 14, 549, 548, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 549, 548, 0.0_dp), &
+      atom_t(1, is_above, 13, 13, 549, 548, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 549, 549, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 550, 550, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 551, 551, 0.0_dp), &
+      atom_t(0, is_present, 16, 0, 552, 551, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 552, 552, 0.0_dp), &
+      atom_t(0, is_set, 16, 3, 553, 552, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 553, 552, 0.0_dp), &
+      atom_t(0, is_set, 16, 4, 553, 552, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 553, 552, 0.0_dp), &
+      atom_t(0, is_set, 16, 5, 553, 552, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 553, 552, 0.0_dp), &
+      atom_t(0, is_set, 16, 1, 553, 552, 0.0_dp), &
+      atom_t(1, is_set, 16, 4, 553, 552, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 553, 556, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 557, 556, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 557, 557, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 558, 557, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 558, 557, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 558, 558, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 559, 562, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 563, 562, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 563, 563, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 564, 563, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 564, 563, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 564, 564, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 565, 565, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 566, 565, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 566, 566, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 567, 566, 0.0_dp), &
-      atom_t(0, is_set, 6, 17, 567, 566, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 567, 567, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 568, 567, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 568, 567, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 568, 568, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 569, 568, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_set, 6, 17, 569, 568, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 569, 569, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 570, 569, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 15, 0, 570, 569, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 565, 564, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 565, 564, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 565, 565, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 566, 567, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 568, 568, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 569, 569, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 570, 569, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 570, 570, 0.0_dp), &
-      atom_t(0, is_set, 15, 2, 571, 570, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 571, 571, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 572, 572, 0.0_dp), &
-      atom_t(1, is_set, 15, 2, 573, 572, 0.0_dp), &
-      atom_t(0, is_set, 15, 4, 573, 572, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 573, 573, 0.0_dp), &
-      atom_t(0, is_set, 15, 5, 574, 573, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 574, 574, 0.0_dp), &
-      atom_t(0, is_present, 15, 0, 575, 574, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 575, 574, 0.0_dp, growth_scales_forces_beside_motions), &
-      atom_t(0, is_set, 5, 5, 575, 574, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 575, 574, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 575, 574, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 575, 578, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 571, 570, 0.0_dp), &
+      atom_t(0, is_set, 6, 17, 571, 570, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 571, 571, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 572, 571, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 572, 571, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 572, 572, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 573, 572, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_set, 6, 17, 573, 572, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 573, 573, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 574, 573, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_present, 15, 0, 574, 573, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 574, 574, 0.0_dp), &
+      atom_t(0, is_set, 15, 2, 575, 574, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 575, 575, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 576, 576, 0.0_dp), &
+      atom_t(1, is_set, 15, 2, 577, 576, 0.0_dp), &
+      atom_t(0, is_set, 15, 4, 577, 576, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 577, 577, 0.0_dp), &
+      atom_t(0, is_set, 15, 5, 578, 577, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 578, 578, 0.0_dp), &
+      atom_t(0, is_present, 15, 0, 579, 578, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 579, 578, 0.0_dp, growth_scales_forces_beside_motions), &
+      atom_t(0, is_set, 5, 5, 579, 578, 0.0_dp), &
       atom_t(0, is_one_of, 5, 12, 579, 578, 0.0_dp), &
       atom_t(1, is_present, 15, 0, 579, 578, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 579, 578, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 579, 578, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 579, 578, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 579, 582, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 583, 582, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 579, 582, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 583, 582, 0.0_dp), &
       atom_t(1, is_present, 15, 0, 583, 582, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 583, 582, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 583, 582, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 583, 582, 0.0_dp)]
+      atom_t(0, is_set, 5, 7, 583, 582, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 583, 582, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 583, 582, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 583, 586, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 587, 586, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 587, 586, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_9(*) = [ &
-      atom_t(0, is_one_of, 6, 7, 583, 583, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 584, 583, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 584, 583, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 584, 584, 0.0_dp), &
-      atom_t(1, is_above, 13, 8, 585, 584, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 585, 585, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 586, 585, 0.0_dp), &
-      atom_t(0, is_set, 13, 5, 586, 585, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 586, 586, 0.0_dp), &
-      atom_t(0, is_set, 13, 8, 587, 586, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 587, 587, 0.0_dp), &
-      atom_t(2, is_one_of, 13, 25, 588, 588, 0.0_dp), &
-      atom_t(0, is_set, 13, 9, 589, 588, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 589, 589, 0.0_dp), &
-      atom_t(0, is_set, 13, 10, 590, 589, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 587, 586, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 587, 586, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 587, 586, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 587, 587, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 588, 587, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 588, 587, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 588, 588, 0.0_dp), &
+      atom_t(1, is_above, 13, 8, 589, 588, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 589, 589, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 590, 589, 0.0_dp), &
+      atom_t(0, is_set, 13, 5, 590, 589, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 590, 590, 0.0_dp), &
-      atom_t(0, is_set, 13, 11, 591, 590, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 591, 591, 0.0_dp), &
-      atom_t(0, is_set, 13, 12, 592, 591, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 592, 592, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 593, 592, 0.0_dp), &
+      atom_t(0, is_set, 13, 8, 591, 590, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 591, 591, 0.0_dp), &
+      atom_t(2, is_one_of, 13, 25, 592, 592, 0.0_dp), &
+      atom_t(0, is_set, 13, 9, 593, 592, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 593, 593, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 594, 593, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 594, 593, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 594, 594, 0.0_dp), &
-      atom_t(0, is_set, 13, 28, 595, 594, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 595, 595, 0.0_dp), &
-      atom_t(0, is_set, 13, 6, 596, 595, 0.0_dp), &
+      atom_t(0, is_set, 13, 11, 595, 594, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 595, 595, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 596, 595, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 596, 596, 0.0_dp), &
-      atom_t(2, is_one_of, 13, 25, 597, 597, 0.0_dp), &
-      atom_t(0, is_set, 13, 7, 598, 597, 0.0_dp), &
-      atom_t(1, is_above, 13, 6, 598, 597, 0.0_dp), &
-      atom_t(0, is_set, 13, 15, 598, 597, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 597, 596, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 597, 597, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 598, 597, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 598, 598, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 599, 598, 0.0_dp), &
+      atom_t(0, is_set, 13, 28, 599, 598, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 599, 599, 0.0_dp), &
-      atom_t(0, is_set, 13, 19, 600, 599, 0.0_dp), &
+      atom_t(0, is_set, 13, 6, 600, 599, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 600, 600, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 601, 600, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 601, 601, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 602, 601, 0.0_dp), &
+      atom_t(2, is_one_of, 13, 25, 601, 601, 0.0_dp), &
+      atom_t(0, is_set, 13, 7, 602, 601, 0.0_dp), &
+      atom_t(1, is_above, 13, 6, 602, 601, 0.0_dp), &
+      atom_t(0, is_set, 13, 15, 602, 601, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 602, 602, 0.0_dp), &
-      atom_t(2, is_one_of, 13, 25, 603, 603, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 604, 603, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 604, 604, 0.0_dp), &
-      atom_t(0, is_set, 13, 22, 605, 604, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 605, 605, 0.0_dp), &
-      atom_t(0, is_set, 13, 23, 606, 605, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 606, 606, 0.0_dp), &
-      atom_t(0, is_set, 13, 24, 607, 606, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 607, 607, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 21, 608, 608, 0.0_dp), &
-      atom_t(1, is_above, 13, 23, 609, 608, 0.0_dp), &
-      atom_t(0, is_set, 4, 14, 609, 608, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 609, 608, 0.0_dp), &
-      atom_t(0, is_set, 13, 26, 609, 608, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 609, 609, 0.0_dp), &
-      atom_t(0, is_set, 13, 27, 610, 609, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 610, 610, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 611, 611, 0.0_dp), &
-      atom_t(1, is_set, 13, 4, 612, 611, 0.0_dp), &
-      atom_t(0, is_set, 13, 4, 612, 611, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 612, 612, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 613, 613, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 603, 602, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 603, 603, 0.0_dp), &
+      atom_t(0, is_set, 13, 19, 604, 603, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 604, 604, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 605, 604, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 605, 605, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 606, 605, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 606, 606, 0.0_dp), &
+      atom_t(2, is_one_of, 13, 25, 607, 607, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 608, 607, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 608, 608, 0.0_dp), &
+      atom_t(0, is_set, 13, 22, 609, 608, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 609, 609, 0.0_dp), &
+      atom_t(0, is_set, 13, 23, 610, 609, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 610, 610, 0.0_dp), &
+      atom_t(0, is_set, 13, 24, 611, 610, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 611, 611, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 21, 612, 612, 0.0_dp), &
+      atom_t(1, is_above, 13, 23, 613, 612, 0.0_dp), &
+      atom_t(0, is_set, 4, 14, 613, 612, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 613, 612, 0.0_dp), &
+      atom_t(0, is_set, 13, 26, 613, 612, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 613, 613, 0.0_dp), &
+      atom_t(0, is_set, 13, 27, 614, 613, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 614, 614, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 615, 618, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 619, 619, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 620, 620, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 621, 622, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 623, 623, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 624, 624, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 625, 625, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 626, 626, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 627, 627, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 628, 628, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 629, 629, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 630, 631, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 632, 632, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 633, 632, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 633, 632, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 633, 632, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 633, 632, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 14, 1, 633, 632, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 633, 632, 0.0_dp), &
-      atom_t(1, is_above, 14, 2, 633, 632, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 633, 632, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 633, 633, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 634, 633, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 14, 0, 634, 633, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 634, 634, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 635, 634, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 635, 634, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 635, 634, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 635, 634, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 635, 634, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 635, 635, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 636, 635, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 636, 637, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 638, 638, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 615, 615, 0.0_dp), &
+      atom_t(1, is_set, 13, 4, 616, 615, 0.0_dp), &
+      atom_t(0, is_set, 13, 4, 616, 615, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 616, 616, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 617, 617, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 618, 618, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 619, 622, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 623, 623, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 624, 624, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 625, 626, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 627, 627, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 628, 628, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 629, 629, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 630, 630, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 631, 631, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 632, 632, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 633, 633, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 634, 635, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 636, 636, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 637, 636, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 637, 636, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 14, 1, 637, 636, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
+      atom_t(1, is_above, 14, 2, 637, 636, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 637, 637, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 638, 637, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 638, 637, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_present, 14, 0, 638, 637, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 638, 638, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 639, 638, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 639, 638, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 639, 638, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 639, 639, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 640, 641, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 642, 641, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 642, 642, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 643, 644, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 645, 645, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 646, 645, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 646, 646, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 647, 646, 0.0_dp, tips_at_no_nodes), &
-      atom_t(1, is_one_of, 17, 1, 647, 647, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 648, 648, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 649, 648, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 649, 649, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 650, 649, 0.0_dp, a_plane), &
-      atom_t(1, is_one_of, 17, 1, 650, 650, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 651, 651, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 652, 651, 0.0_dp)]
+      atom_t(1, is_present, 12, 0, 639, 638, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 639, 639, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 640, 639, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 640, 641, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 642, 642, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 643, 642, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 643, 642, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 643, 642, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 643, 642, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 643, 643, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 644, 645, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 646, 645, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 646, 646, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 647, 648, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 649, 649, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 650, 649, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 650, 650, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 651, 650, 0.0_dp, tips_at_no_nodes), &
+      atom_t(1, is_one_of, 17, 1, 651, 651, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 652, 652, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 653, 652, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 653, 653, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 654, 653, 0.0_dp, a_plane)]
 
    type(atom_t), parameter :: atoms_10(*) = [ &
-      atom_t(1, is_one_of, 17, 1, 652, 652, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 653, 653, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 654, 654, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 655, 655, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 656, 656, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 657, 657, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 658, 658, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 659, 659, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 660, 660, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 661, 661, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 662, 662, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 663, 664, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 654, 654, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 655, 655, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 656, 655, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 656, 656, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 657, 657, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 658, 658, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 659, 659, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 660, 660, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 661, 661, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 662, 662, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 663, 663, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 664, 664, 0.0_dp), &
       atom_t(1, is_one_of, 17, 1, 665, 665, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 666, 666, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 667, 667, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 668, 668, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 669, 669, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 670, 671, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 667, 668, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 669, 669, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 670, 670, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 671, 671, 0.0_dp), &
       atom_t(1, is_one_of, 17, 1, 672, 672, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 673, 673, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 674, 673, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 674, 674, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 675, 675, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 676, 675, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 674, 675, 0.0_dp), &
       atom_t(1, is_one_of, 17, 1, 676, 676, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 677, 677, 0.0_dp), &
-      atom_t(1, is_present, 14, 0, 678, 677, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 678, 677, 0.0_dp), &
       atom_t(1, is_one_of, 17, 1, 678, 678, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 679, 679, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 680, 680, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 680, 679, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 680, 680, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 681, 681, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 682, 682, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 683, 682, 1.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 683, 683, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 684, 683, 1.0_dp), &
+      atom_t(1, is_present, 14, 0, 682, 681, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 682, 682, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 683, 683, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 684, 684, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 685, 684, 1.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 685, 685, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 686, 685, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 686, 686, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 687, 686, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 687, 687, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 688, 687, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 685, 685, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 686, 686, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 687, 686, 1.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 687, 687, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 688, 687, 1.0_dp), &
       atom_t(1, is_one_of, 3, 2, 688, 688, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 689, 688, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 689, 689, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 689, 688, 1.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 689, 689, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 690, 689, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 690, 691, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 690, 690, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 691, 690, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 691, 691, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 692, 691, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 692, 692, 0.0_dp), &
-      atom_t(0, is_set, 17, 3, 693, 692, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 693, 693, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 694, 694, 0.0_dp), &
-      atom_t(1, is_above, 17, 7, 695, 694, 0.0_dp), &
-      atom_t(0, is_set, 17, 7, 695, 694, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 695, 695, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 696, 696, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 697, 699, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 700, 700, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 701, 701, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 702, 701, 0.0_dp, several_bodies), &
-      atom_t(0, is_one_of, 17, 6, 702, 702, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 703, 703, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 704, 704, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 705, 706, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 707, 707, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 708, 707, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 708, 708, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 709, 708, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 709, 709, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 710, 709, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 710, 710, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 711, 710, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 711, 711, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 712, 711, 0.0_dp), &
-      atom_t(0, is_set, 18, 3, 712, 711, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 712, 715, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 716, 716, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 717, 717, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 4, 718, 719, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 720, 719, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 720, 721, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 722, 721, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 722, 723, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 724, 723, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 18, 5, 724, 723, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 724, 724, 0.0_dp), &
-      atom_t(1, is_set, 18, 5, 725, 724, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 725, 725, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 726, 727, 0.0_dp), &
-      atom_t(0, is_set, 18, 5, 728, 727, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 728, 730, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 731, 731, 0.0_dp), &
-      atom_t(1, is_above, 18, 7, 732, 731, 0.0_dp), &
-      atom_t(0, is_set, 18, 7, 732, 731, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 732, 732, 0.0_dp), &
-      atom_t(0, is_set, 6, 18, 733, 732, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 733, 733, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 6, 734, 734, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 735, 735, 0.0_dp)]
+      atom_t(1, is_one_of, 3, 2, 692, 692, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 693, 692, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 693, 693, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 694, 693, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 694, 695, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 696, 695, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 696, 696, 0.0_dp), &
+      atom_t(0, is_set, 17, 3, 697, 696, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 697, 697, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 698, 698, 0.0_dp), &
+      atom_t(1, is_above, 17, 7, 699, 698, 0.0_dp), &
+      atom_t(0, is_set, 17, 7, 699, 698, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 699, 699, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 700, 700, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 701, 703, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 704, 704, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 705, 705, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 706, 705, 0.0_dp, several_bodies), &
+      atom_t(0, is_one_of, 17, 6, 706, 706, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 707, 707, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 708, 708, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 709, 710, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 711, 711, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 712, 711, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 712, 712, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 713, 712, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 713, 713, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 714, 713, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 714, 714, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 715, 714, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 715, 715, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 716, 715, 0.0_dp), &
+      atom_t(0, is_set, 18, 3, 716, 715, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 716, 719, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 720, 720, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 721, 721, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 4, 722, 723, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 724, 723, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 724, 725, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 726, 725, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 726, 727, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 728, 727, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 18, 5, 728, 727, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 728, 728, 0.0_dp), &
+      atom_t(1, is_set, 18, 5, 729, 728, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 729, 729, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 730, 731, 0.0_dp), &
+      atom_t(0, is_set, 18, 5, 732, 731, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 732, 734, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 735, 735, 0.0_dp), &
+      atom_t(1, is_above, 18, 7, 736, 735, 0.0_dp), &
+      atom_t(0, is_set, 18, 7, 736, 735, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 736, 736, 0.0_dp), &
+      atom_t(0, is_set, 6, 18, 737, 736, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 737, 737, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 6, 738, 738, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 739, 739, 0.0_dp)]
 
    type(atom_t), parameter :: atoms(*) = [atoms_1, atoms_2, atoms_3, atoms_4, atoms_5, atoms_6, atoms_7, atoms_8, atoms_9, &
       atoms_10]
@@ -1749,467 +1752,469 @@ module hampm_rule_table
       rule_t('&method mass = ''lumped'' | ''partial'' | ''fmpm'' | ''weighted''', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' | ''modal'' and cells that are '//'cut', mechanics, &
          'some nodes would have a lumped mass below 0', '&method mass = ''consistent''', 588, 1, 3, 1), &
+      rule_t('&method mass = ''tip_weighted''', requires, '&growth law = {growth laws in motion}', by_meaning, &
+         'the matrix is another one around tips that grow in motion', '&method mass = ''weighted''', 593, 1, 1, 1), &
       rule_t('&method solver = ''cg''', not_with, 'a mass matrix that acts and quadratic cells at an axis', mechanics, &
-         'cg is preconditioned by lumped masses, which are 0 on the axis', '&method solver = ''direct''', 593, 1, 2, 1), &
+         'cg is preconditioned by lumped masses, which are 0 on the axis', '&method solver = ''direct''', 596, 1, 2, 1), &
       rule_t('&method solver = ''cg''', not_with, '&method time = ''modal''', mechanics, &
-         'each mode needs many solutions, which a factor gives', '&method solver = ''direct''', 597, 1, 1, 1), &
+         'each mode needs many solutions, which a factor gives', '&method solver = ''direct''', 600, 1, 1, 1), &
       rule_t('&material law = {laws of any strain}', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 600, 1, &
-         1, 1), &
-      rule_t('&material law = {laws with a history}', not_with, '&method time = ''modal''', mechanics, &
          'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 603, 1, &
          1, 1), &
+      rule_t('&material law = {laws with a history}', not_with, '&method time = ''modal''', mechanics, &
+         'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 606, 1, &
+         1, 1), &
       rule_t('&crack contact = ''frictionless'' | ''friction''', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 606, 1, 1, 1), &
-      rule_t('&cohesive', not_with, '&method time = ''modal''', mechanics, &
          'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 609, 1, 1, 1), &
-      rule_t('&constraint unilateral = .true.', not_with, '&method time = ''modal''', mechanics, &
+      rule_t('&cohesive', not_with, '&method time = ''modal''', mechanics, &
          'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 612, 1, 1, 1), &
+      rule_t('&constraint unilateral = .true.', not_with, '&method time = ''modal''', mechanics, &
+         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 615, 1, 1, 1), &
       rule_t('&load kind = ''absorbing''', not_with, '&method time = ''modal''', mechanics, &
-         'dashpots at edges couple the modes', '&method time = ''implicit''', 615, 1, 1, 1), &
+         'dashpots at edges couple the modes', '&method time = ''implicit''', 618, 1, 1, 1), &
       rule_t('&refine indicator = {indicators of the motion}', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one mesh', '&refine indicator = ''tip''', 618, 1, 1, 1), &
-      rule_t('&method modes', requires, '&method time = ''modal''', by_meaning, '', '', 621, 1, 1, 0), &
+         'modes belong to one mesh', '&refine indicator = ''tip''', 621, 1, 1, 1), &
+      rule_t('&method modes', requires, '&method time = ''modal''', by_meaning, '', '', 624, 1, 1, 0)]
+
+   type(rule_t), parameter :: rules_7(*) = [ &
       rule_t('&method solver = ''cg''', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
          'cg is preconditioned by inverses of mass matrices of cells, and those of small cut cells '//'may be singular', &
-         '&method solver = ''direct''', 623, 1, 3, 1)]
-
-   type(rule_t), parameter :: rules_7(*) = [ &
+         '&method solver = ''direct''', 626, 1, 3, 1), &
       rule_t('&method time_step', requires, '&method time = ''implicit''', by_meaning, &
-         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 628, 1, 1, 0), &
-      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 630, 1, 1, 0), &
+         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 631, 1, 1, 0), &
+      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 633, 1, 1, 0), &
       rule_t('&method time_step > 0', not_with, '&method time = ''implicit'' and &method courant > 0', by_meaning, &
-         'both give the time step', 'one of both', 632, 1, 2, 0), &
+         'both give the time step', 'one of both', 635, 1, 2, 0), &
       rule_t('&method consistent_region = ''refined'' and &method mass = ''partial''', requires, &
-         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 635, 2, 1, 0), &
+         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 638, 2, 1, 0), &
       rule_t('&method courant > 0', no_effect_with, '&method time = ''static''', mechanics, &
-         'a load step has no length to limit', '', 638, 1, 1, 0), &
+         'a load step has no length to limit', '', 641, 1, 1, 0), &
       rule_t('&method courant > 0', no_effect_with, '&method time = ''modal''', mechanics, &
-         'modes have exact solutions, from row to row', '', 640, 1, 1, 0), &
+         'modes have exact solutions, from row to row', '', 643, 1, 1, 0), &
       rule_t('&method scheme', no_effect_with, '&method time = ''static'' | ''implicit'' | ''modal''', mechanics, &
-         'the scheme is the order of updates in an explicit step', '', 642, 1, 1, 0), &
+         'the scheme is the order of updates in an explicit step', '', 645, 1, 1, 0), &
       rule_t('&method mass', no_effect_without, 'a mass matrix that acts', mechanics, &
-         'a static model needs mass to extrapolate stress only', '', 644, 1, 1, 0), &
+         'a static model needs mass to extrapolate stress only', '', 647, 1, 1, 0), &
       rule_t('&method wave_speed', no_effect_with, '&method time = ''static''', mechanics, 'a load step has no length to limit', &
-         '', 646, 1, 1, 0), &
+         '', 649, 1, 1, 0), &
       rule_t('&method wave_speed', no_effect_with, '&method time = ''modal''', mechanics, &
-         'modes have exact solutions, from row to row', '', 648, 1, 1, 0), &
+         'modes have exact solutions, from row to row', '', 651, 1, 1, 0), &
       rule_t('&method wave_speed and &method time = ''explicit'' | ''implicit''', no_effect_without, &
          '&method courant or &method frame = ''updated''', by_meaning, 'the step is a fraction of the largest stable one', '', &
-         650, 2, 2, 0), &
-      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 654, 1, 1, 0), &
+         653, 2, 2, 0), &
+      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 657, 1, 1, 0), &
       rule_t('&method start = ''static''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 656, 1, 1, 1), &
+         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 659, 1, 1, 1), &
       rule_t('&method start = ''static''', not_with, &
          '&material volumetric = ''b_bar'' and &material law = {laws of any strain}', not_built, &
-         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 659, 1, 2, 1), &
+         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 662, 1, 2, 1), &
       rule_t('&method start', no_effect_with, '&method time = ''static''', mechanics, 'all states are in static equilibrium', &
-         '', 663, 1, 1, 0), &
+         '', 666, 1, 1, 0), &
       rule_t('&method start', no_effect_without, '&load or &constraint displacement or &body eigenstrain', by_meaning, &
-         'nothing acts at time 0', '', 665, 1, 3, 0), &
+         'nothing acts at time 0', '', 668, 1, 3, 0), &
       rule_t('&method time = ''static''', no_effect_without, &
          '&load or &constraint displacement or &constraint velocity or &body eigenstrain', by_meaning, &
-         'nothing loads the model, and all displacements stay 0', '', 669, 1, 4, 0), &
-      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 674, &
+         'nothing loads the model, and all displacements stay 0', '', 672, 1, 4, 0), &
+      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 677, &
          1, 2, 0), &
-      rule_t('&method lumped_fraction', no_effect_without, '&method mass = ''weighted'' and a mass matrix that acts', &
-         by_meaning, '', '', 677, 1, 2, 0), &
+      rule_t('&method lumped_fraction', no_effect_without, &
+         '&method mass = ''weighted'' | ''tip_weighted'' and a mass matrix that acts', by_meaning, '', '', 680, 1, 2, 0), &
       rule_t('&method consistent_region', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 680, 1, 2, 0), &
-      rule_t('&method consistent_lower', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
          by_meaning, '', '', 683, 1, 2, 0), &
-      rule_t('&method consistent_upper', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
+      rule_t('&method consistent_lower', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
          by_meaning, '', '', 686, 1, 2, 0), &
+      rule_t('&method consistent_upper', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
+         by_meaning, '', '', 689, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 689, 1, 2, 0), &
+         'the region consists of the refined cells', '', 692, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 692, 1, 2, 0), &
+         'the region consists of the refined cells', '', 695, 1, 2, 0), &
       rule_t('&method solver = ''direct''', no_effect_with, &
          '&method time = ''explicit'' and &method mass = ''lumped'' | ''fmpm''', mechanics, 'lumped masses need no solution', &
-         '', 695, 1, 2, 0), &
-      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 698, &
+         '', 698, 1, 2, 0), &
+      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 701, &
          1, 1, 0), &
       rule_t('&output history_interval', no_effect_with, 'samples apart from load steps', by_meaning, &
-         'a row of a static history is a load step', '', 700, 1, 1, 0), &
+         'a row of a static history is a load step', '', 703, 1, 1, 0), &
       rule_t('&method scheme = ''usf''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 6 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 702, 1, 1, 1), &
+         '&method scheme = ''musl''', 705, 1, 1, 1), &
       rule_t('&method scheme = ''usavg''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 3 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 705, 1, 1, 1), &
+         '&method scheme = ''musl''', 708, 1, 1, 1), &
       rule_t('&method mass = ''lumped''', noted_with, '&growth law = {growth laws in motion}', mechanics, &
-         'K of a tip at 0.6 of the speed of Rayleigh waves is up to 4 % low, and a crack that grows '// &
-         'by its toughness comes 5 % less far', '&method mass = ''weighted''', 708, 1, 1, 1), &
-      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 711, 1, 1, 0), &
+         'in explicit steps K of a tip at 0.6 and 0.74 of the speed of Rayleigh waves is 2 and 7 % '// &
+         'low, and a crack that grows by its toughness comes 5 % less far', '&method mass = ''weighted''', 711, 1, 1, 1), &
+      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 714, 1, 1, 0), &
       rule_t('&refine indicator = {indicators of one body}', not_with, &
          '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 713, 1, 1, 1), &
+         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 716, 1, 1, 1), &
       rule_t('&refine indicator = {indicators of the motion}', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
-         'particles would have to move to finer cells', '&refine indicator = ''tip''', 716, 1, 3, 1), &
+         'particles would have to move to finer cells', '&refine indicator = ''tip''', 719, 1, 3, 1), &
       rule_t('&refine max_level', no_effect_without, '&refine indicator = {indicators}', by_meaning, &
-         'an indicator selects the cells to refine', '', 721, 1, 1, 0), &
-      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 723, 1, 1, 0), &
-      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 725, 1, 1, 0), &
-      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 727, 1, 1, 0), &
-      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 729, 1, 1, 0), &
-      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 731, 1, 1, 0), &
-      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 733, 1, 1, 0)]
+         'an indicator selects the cells to refine', '', 724, 1, 1, 0), &
+      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 726, 1, 1, 0), &
+      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 728, 1, 1, 0), &
+      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 730, 1, 1, 0), &
+      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 732, 1, 1, 0), &
+      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 734, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_8(*) = [ &
-      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 735, 1, 1, 0), &
-      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 737, 1, 1, 0), &
-      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 739, 1, 1, 0), &
+      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 736, 1, 1, 0), &
+      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 738, 1, 1, 0), &
+      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 740, 1, 1, 0), &
+      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 742, 1, 1, 0), &
       rule_t('&refine start', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 741, 1, 1, 0), &
+         'the indicator tip refines before the first step', '', 744, 1, 1, 0), &
       rule_t('&refine start', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 743, 1, 2, 0), &
+         mechanics, 'static refinement is between load steps', '', 746, 1, 2, 0), &
       rule_t('&refine interval', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 746, 1, 1, 0), &
+         'the indicator tip refines before the first step', '', 749, 1, 1, 0), &
       rule_t('&refine interval', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 748, 1, 2, 0), &
+         mechanics, 'static refinement is between load steps', '', 751, 1, 2, 0), &
       rule_t('&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', requires, '&crack tip', &
-         by_meaning, '', '', 751, 2, 1, 0), &
-      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 754, 1, 2, &
+         by_meaning, '', '', 754, 2, 1, 0), &
+      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 757, 1, 2, &
          0), &
-      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 757, 1, 1, 0), &
+      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 760, 1, 1, 0), &
       rule_t('&crack tip', requires, '&crack front = ''straight''', by_meaning, 'others have a place by center or points', '', &
-         759, 1, 1, 0), &
-      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 761, 1, 1, 0), &
-      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 763, 1, 1, 0), &
+         762, 1, 1, 0), &
+      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 764, 1, 1, 0), &
+      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 766, 1, 1, 0), &
       rule_t('&crack direction', no_effect_with, '&crack front = ''disc'' | ''ellipse'' | ''polygon''', by_meaning, &
-         'they are closed', '', 765, 1, 1, 0), &
-      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 767, 1, 1, 0), &
-      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 769, 1, 2, &
+         'they are closed', '', 768, 1, 1, 0), &
+      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 770, 1, 1, 0), &
+      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 772, 1, 2, &
          0), &
       rule_t('&crack tip', not_with, '&crack kind = ''path''', by_meaning, &
-         'the ends of a path inside the material are its tips', '', 772, 1, 1, 0), &
+         'the ends of a path inside the material are its tips', '', 775, 1, 1, 0), &
       rule_t('&crack name', no_effect_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack is the only one and needs no name', '', 774, 1, 1, 0), &
-      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 776, &
+         'the crack is the only one and needs no name', '', 777, 1, 1, 0), &
+      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 779, &
          1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'several cracks', not_built, &
-         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 778, 1, 1, 0), &
+         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 781, 1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'edges that are no grid lines', not_built, &
-         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 780, 1, 1, 0), &
+         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 783, 1, 1, 0), &
       rule_t('&crack length', requires, '&crack kind = ''line'' | ''plane'' and &crack front = ''straight''', by_meaning, &
-         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 782, 1, 2, 0), &
+         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 785, 1, 2, 0), &
       rule_t('&crack contact = ''frictionless'' | ''friction''', requires, '&crack kind = ''line'' | ''path'' | ''plane''', &
-         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 785, 1, 1, 0), &
+         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 788, 1, 1, 0), &
       rule_t('&crack contact = ''frictionless''', no_effect_with, 'cohesion all along it', mechanics, &
-         'faces with a cohesive zone are in contact anyway', '', 787, 1, 1, 0), &
+         'faces with a cohesive zone are in contact anyway', '', 790, 1, 1, 0), &
       rule_t('&crack contact = ''friction''', requires, '&crack friction > 0', by_meaning, '', &
-         '&crack contact = ''frictionless''', 789, 1, 1, 1), &
-      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 792, 1, 1, 0), &
-      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 794, 1, 1, 0), &
-      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 796, 1, &
+         '&crack contact = ''frictionless''', 792, 1, 1, 1), &
+      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 795, 1, 1, 0), &
+      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 797, 1, 1, 0), &
+      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 799, 1, &
          1, 0), &
-      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 798, 1, &
+      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 801, 1, &
          1, 0), &
       rule_t('&cohesive strength_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         800, 1, 1, 0), &
+         803, 1, 1, 0), &
       rule_t('&cohesive toughness_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         802, 1, 1, 0), &
-      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 804, 2, &
+         805, 1, 1, 0), &
+      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 807, 2, &
          1, 0), &
       rule_t('&cohesive', requires, '&method frame = ''total''', not_built, &
-         'damage is lost where cells are cut again as faces move', '', 807, 1, 1, 0), &
+         'damage is lost where cells are cut again as faces move', '', 810, 1, 1, 0), &
       rule_t('&cohesive', not_with, '&growth law = {growth laws at rest}', mechanics, &
-         'growth scales loads as in a linear body, but cohesion depends on the history', '', 809, 1, 1, 0), &
+         'growth scales loads as in a linear body, but cohesion depends on the history', '', 812, 1, 1, 0), &
       rule_t('&cohesive law = ''linear'' | ''bilinear''', requires, '&cohesive strength > 0 and &cohesive toughness > 0', &
-         by_meaning, '', '', 811, 1, 2, 0), &
-      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 814, 1, 1, 0), &
-      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 816, 1, 2, &
+         by_meaning, '', '', 814, 1, 2, 0), &
+      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 817, 1, 1, 0), &
+      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 819, 1, 2, &
          0), &
       rule_t('&cohesive strength', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 819, 1, 1, 0), &
+         'the points of the table give it', '', 822, 1, 1, 0), &
       rule_t('&cohesive toughness', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 821, 1, 1, 0), &
-      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 823, 1, 1, 0)]
+         'the points of the table give it', '', 824, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_9(*) = [ &
-      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 825, 1, 1, 0), &
-      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 827, 1, 1, 0), &
+      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 826, 1, 1, 0), &
+      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 828, 1, 1, 0), &
+      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 830, 1, 1, 0), &
       rule_t('&cohesive exponent', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 829, 1, 2, 0), &
-      rule_t('&cohesive mixed_mode', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
          'mode II has the values of mode I', '', 832, 1, 2, 0), &
-      rule_t('&growth', requires, '&crack', by_meaning, '', '', 835, 1, 1, 0), &
+      rule_t('&cohesive mixed_mode', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
+         'mode II has the values of mode I', '', 835, 1, 2, 0), &
+      rule_t('&growth', requires, '&crack', by_meaning, '', '', 838, 1, 1, 0), &
       rule_t('&growth', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'a crack grows by G, K_I and K_II', '', 837, 1, 1, 0), &
-      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 839, 1, 1, &
+         'a crack grows by G, K_I and K_II', '', 840, 1, 1, 0), &
+      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 842, 1, 1, &
          0), &
-      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 841, 2, 1, &
+      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 844, 2, 1, &
          0), &
       rule_t('&growth law = {growth laws at rest}', not_with, 'growth by laws of both kinds', not_built, '', 'laws of one kind', &
-         844, 1, 1, 0), &
-      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 846, 1, 1, 0), &
+         847, 1, 1, 0), &
+      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 849, 1, 1, 0), &
       rule_t('&growth law = {growth laws in motion}', requires, '&method time = ''explicit'' | ''implicit''', by_meaning, &
-         'a static model has no time', '', 848, 1, 1, 0), &
+         'a static model has no time', '', 851, 1, 1, 0), &
       rule_t('&growth law = {growth laws at rest by toughness}', requires, '&growth increment > 0 and &growth toughness > 0', &
-         by_meaning, '', '', 850, 1, 2, 0), &
+         by_meaning, '', '', 853, 1, 2, 0), &
       rule_t('&growth law = {growth laws in cycles}', requires, &
-         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 853, 1, 3, 0), &
+         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 856, 1, 3, 0), &
       rule_t('&growth law = {growth laws in cycles}', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are held do not change in a cycle', '', 857, 1, 1, 0), &
+         'loads and motions that are held do not change in a cycle', '', 860, 1, 1, 0), &
       rule_t('&growth rate = ''walker'' | ''forman''', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', &
-         859, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in time}', requires, '&growth increment > 0', by_meaning, '', '', 861, 1, 1, 0), &
+         862, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in time}', requires, '&growth increment > 0', by_meaning, '', '', 864, 1, 1, 0), &
       rule_t('&growth law = {growth laws in time}', requires, '&growth rate = ''charles'' | ''toughness''', by_meaning, '', '', &
-         863, 1, 1, 0), &
+         866, 1, 1, 0), &
       rule_t('&growth rate = ''charles'' | ''toughness''', requires, '&growth law = {growth laws in time}', by_meaning, &
-         'they give a speed', '', 865, 1, 1, 0), &
+         'they give a speed', '', 868, 1, 1, 0), &
       rule_t('&growth rate = ''charles''', requires, &
-         '&growth speed > 0 and &growth rate_exponent > 0 and &growth toughness > 0', by_meaning, '', '', 867, 1, 3, 0), &
-      rule_t('&growth rate = ''toughness''', requires, '&growth toughness > 0', by_meaning, '', '', 871, 1, 1, 0), &
+         '&growth speed > 0 and &growth rate_exponent > 0 and &growth toughness > 0', by_meaning, '', '', 870, 1, 3, 0), &
+      rule_t('&growth rate = ''toughness''', requires, '&growth toughness > 0', by_meaning, '', '', 874, 1, 1, 0), &
       rule_t('&growth rate = ''toughness''', requires, '&growth limit_speed > 0 or &growth speeds', mechanics, &
-         'at a toughness that does not depend on the speed there is none at rest', '', 873, 1, 2, 0), &
+         'at a toughness that does not depend on the speed there is none at rest', '', 876, 1, 2, 0), &
       rule_t('&growth rate_exponent', not_with, '&growth rate = ''toughness''', mechanics, &
-         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 876, 1, 1, 0), &
+         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 879, 1, 1, 0), &
       rule_t('&growth threshold', not_with, '&growth rate = ''toughness''', mechanics, &
-         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 878, 1, 1, 0), &
+         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 881, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&growth law = {growth laws in time}', not_built, &
-         'cracks appear at loads that are scaled', '', 880, 1, 1, 0), &
-      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 882, 1, 1, 0), &
-      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 884, &
+         'cracks appear at loads that are scaled', '', 883, 1, 1, 0), &
+      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 885, 1, 1, 0), &
+      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 887, &
          1, 1, 0), &
       rule_t('&growth wheeler_exponent', requires, '&growth wheeler_stress > 0', mechanics, 'plastic zones depend on it', '', &
-         886, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 888, 1, 1, 0), &
+         889, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 891, 1, 1, 0), &
       rule_t('&growth tips = ''largest''', not_with, '&growth law = {growth laws by a rate}', mechanics, &
-         'each tip has a rate of its own', '&growth tips = ''all''', 890, 1, 1, 1), &
-      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 893, 1, 1, 0), &
-      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 895, 1, 1, 0), &
-      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 897, 1, 1, 0), &
-      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 899, 1, 1, 0), &
-      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 901, 1, 1, 0), &
+         'each tip has a rate of its own', '&growth tips = ''all''', 893, 1, 1, 1), &
+      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 896, 1, 1, 0), &
+      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 898, 1, 1, 0), &
+      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 900, 1, 1, 0), &
+      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 902, 1, 1, 0), &
+      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 904, 1, 1, 0), &
       rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 903, 2, 1, 0), &
+         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 906, 2, 1, 0), &
       rule_t('&constraint start and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 906, 2, 1, 0), &
+         '&cycles tells how loads change', '', 909, 2, 1, 0), &
       rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, &
-         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 909, 2, 1, 0), &
+         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 912, 2, 1, 0), &
       rule_t('&load start and &load held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 912, 2, 1, 0), &
+         '&cycles tells how loads change', '', 915, 2, 1, 0), &
       rule_t('&constraint velocity and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', &
-         mechanics, '&cycles tells how much is moved; give a displacement', '', 915, 2, 1, 0), &
-      rule_t('&control quantity = ''load'' | ''displacement''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '&control quantity = ''growth''', 918, 1, 1, 1)]
+         mechanics, '&cycles tells how much is moved; give a displacement', '', 918, 2, 1, 0)]
 
    type(rule_t), parameter :: rules_10(*) = [ &
+      rule_t('&control quantity = ''load'' | ''displacement''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
+         '&cycles tells how loads change', '&control quantity = ''growth''', 921, 1, 1, 1), &
       rule_t('&constraint held', no_effect_without, '&growth law = {growth laws that scale loads} or &nucleation', mechanics, &
-         'only growth at rest, by toughness or in cycles, scales loads and motions', '', 921, 1, 2, 0), &
-      rule_t('&load held', no_effect_without, '&growth law = {growth laws that scale loads} or &nucleation', mechanics, &
          'only growth at rest, by toughness or in cycles, scales loads and motions', '', 924, 1, 2, 0), &
+      rule_t('&load held', no_effect_without, '&growth law = {growth laws that scale loads} or &nucleation', mechanics, &
+         'only growth at rest, by toughness or in cycles, scales loads and motions', '', 927, 1, 2, 0), &
       rule_t('&constraint held and &growth law = {growth laws that scale loads}', requires, 'something that growth scales', &
-         mechanics, 'growth scales loads and motions that are not held, so that G is the toughness', '', 927, 2, 1, 0), &
+         mechanics, 'growth scales loads and motions that are not held, so that G is the toughness', '', 930, 2, 1, 0), &
       rule_t('&load held and &growth law = {growth laws that scale loads}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 930, 2, 1, 0), &
+         'growth scales loads and motions that are not held, so that G is the toughness', '', 933, 2, 1, 0), &
       rule_t('&control', requires, '&growth law = {growth laws that scale loads}', not_built, &
-         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 933, 1, 1, 0), &
-      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 935, 1, 1, 0), &
-      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 937, 1, 1, 0), &
+         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 936, 1, 1, 0), &
+      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 938, 1, 1, 0), &
+      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 940, 1, 1, 0), &
       rule_t('&control history', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 939, 1, 1, 0), &
+         'load and displacement follow the crack', '', 942, 1, 1, 0), &
       rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 941, 1, 1, 0), &
+         'load and displacement follow the crack', '', 944, 1, 1, 0), &
       rule_t('&control', not_with, 'growth scales forces beside motions', mechanics, &
-         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 943, 1, 1, 0), &
+         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 946, 1, 1, 0), &
       rule_t('&constraint velocity and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how much is moved; give a displacement', '', 945, 2, 1, 0), &
+         'the frame tells how much is moved; give a displacement', '', 948, 2, 1, 0), &
       rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 948, 2, 1, 0), &
+         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 951, 2, 1, 0), &
       rule_t('&constraint start and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 951, 2, 1, 0), &
+         'the frame tells how loads change, by its start', '', 954, 2, 1, 0), &
       rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, '&control', &
-         mechanics, 'the frame tells how loads change, by its history', '', 954, 2, 1, 0), &
+         mechanics, 'the frame tells how loads change, by its history', '', 957, 2, 1, 0), &
       rule_t('&load start and &load held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 957, 2, 1, 0), &
+         'the frame tells how loads change, by its start', '', 960, 2, 1, 0), &
       rule_t('&load on = ''crack'' and &load held = .false.', not_with, '&control', not_built, &
-         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 960, 2, 1, 0), &
-      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 963, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 965, &
+         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 963, 2, 1, 0), &
+      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 966, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 968, &
          1, 1, 0), &
-      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 967, &
+      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 970, &
          1, 1, 0), &
-      rule_t('&growth speed', requires, '&growth law = ''prescribed'' or &growth rate = ''charles''', by_meaning, '', '', 969, &
+      rule_t('&growth speed', requires, '&growth law = ''prescribed'' or &growth rate = ''charles''', by_meaning, '', '', 972, &
          1, 2, 0), &
-      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 972, 1, 1, 0), &
-      rule_t('&growth rate_exponent', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 974, 1, 1, 0), &
-      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 976, 1, 1, 0), &
-      rule_t('&growth threshold', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 978, 1, 1, 0), &
-      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 980, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 982, 1, 1, 0), &
+      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 975, 1, 1, 0), &
+      rule_t('&growth rate_exponent', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 977, 1, 1, 0), &
+      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 979, 1, 1, 0), &
+      rule_t('&growth threshold', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 981, 1, 1, 0), &
+      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 983, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 985, 1, 1, 0), &
       rule_t('&growth increment', requires, '&growth law = {growth laws at rest}', by_meaning, &
-         'dynamic growth advances in each time step', '', 984, 1, 1, 0), &
+         'dynamic growth advances in each time step', '', 987, 1, 1, 0), &
       rule_t('&growth limit_speed', requires, &
-         '&growth law = {growth laws in motion by toughness} or &growth rate = ''toughness''', by_meaning, '', '', 986, 1, 2, &
+         '&growth law = {growth laws in motion by toughness} or &growth rate = ''toughness''', by_meaning, '', '', 989, 1, 2, &
          0), &
-      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 989, 1, 1, 0), &
-      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 991, &
+      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 992, 1, 1, 0), &
+      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 994, &
          1, 1, 0), &
-      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 993, 1, &
+      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 996, 1, &
          1, 0), &
-      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 995, 1, &
+      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 998, 1, &
          1, 0), &
-      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 997, &
+      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 1000, &
          1, 1, 0), &
       rule_t('&growth speeds', requires, '&growth law = {growth laws in motion by toughness} or &growth rate = ''toughness''', &
-         by_meaning, 'a tip at rest has no speed', '', 999, 1, 2, 0), &
-      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 1002, &
+         by_meaning, 'a tip at rest has no speed', '', 1002, 1, 2, 0), &
+      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 1005, &
          1, 1, 0), &
-      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 1004, 1, 1, 0), &
-      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1006, 1, 1, &
+      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 1007, 1, 1, 0), &
+      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1009, 1, 1, &
          0), &
-      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1008, 1, &
+      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1011, 1, &
          1, 0), &
-      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 1010, 1, &
-         1, 0), &
-      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 1012, 1, 1, 0)]
+      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 1013, 1, &
+         1, 0)]
 
    type(rule_t), parameter :: rules_11(*) = [ &
+      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 1015, 1, 1, 0), &
       rule_t('&growth start', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', &
-         1014, 1, 1, 0), &
-      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 1016, &
+         1017, 1, 1, 0), &
+      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 1019, &
          1, 1, 0), &
-      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 1018, 1, 1, 0), &
-      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 1020, 1, 1, 0), &
+      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 1021, 1, 1, 0), &
+      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 1023, 1, 1, 0), &
       rule_t('&growth direction = ''path''', not_with, '&growth law = {growth laws at rest}', not_built, &
-         'static growth follows a criterion or the crack''s own line', '', 1022, 1, 1, 0), &
+         'static growth follows a criterion or the crack''s own line', '', 1025, 1, 1, 0), &
       rule_t('&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy'' | ''path''', not_with, &
          '&crack kind = ''symmetry''', mechanics, 'the crack stays on its symmetry plane', '&growth direction = ''straight''', &
-         1024, 1, 1, 1), &
+         1027, 1, 1, 1), &
       rule_t('&growth tips = ''last'' | ''first''', not_with, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''largest''', 1027, 1, 1, 1), &
+         '&growth tips = ''largest''', 1030, 1, 1, 1), &
       rule_t('&growth tips = ''largest''', requires, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''all''', 1030, 1, 1, 1), &
+         '&growth tips = ''all''', 1033, 1, 1, 1), &
       rule_t('&growth tips = ''first''', not_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack has one tip, its last point', '', 1033, 1, 1, 0), &
+         'the crack has one tip, its last point', '', 1036, 1, 1, 0), &
       rule_t('&growth tips = ''largest'' | ''last''', no_effect_with, '&crack kind = ''symmetry''', mechanics, &
-         'the crack has one tip', '', 1035, 1, 1, 0), &
-      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1037, 1, 1, 0), &
+         'the crack has one tip', '', 1038, 1, 1, 0), &
+      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1040, 1, 1, 0), &
       rule_t('&nucleation and several cracks', requires, '&nucleation crack', by_meaning, 'the name selects the crack', '', &
-         1039, 2, 1, 0), &
-      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1042, 1, 1, 0), &
+         1042, 2, 1, 0), &
+      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1045, 1, 1, 0), &
       rule_t('&nucleation', requires, '&method time = ''static''', not_built, &
-         'cracks appear at rest; in motion &cohesive parts faces', '', 1044, 1, 1, 0), &
+         'cracks appear at rest; in motion &cohesive parts faces', '', 1047, 1, 1, 0), &
       rule_t('&nucleation', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are not held are scaled until the crack appears', '', 1046, 1, 1, 0), &
+         'loads and motions that are not held are scaled until the crack appears', '', 1049, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack kind = ''symmetry''', not_built, 'the whole body tells the energy of a new crack', &
-         '', 1048, 1, 1, 0), &
+         '', 1051, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&control', not_built, 'what a new crack releases depends on the stiffness of the frame', &
-         '', 1050, 1, 1, 0), &
-      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1052, &
+         '', 1053, 1, 1, 0), &
+      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1055, &
          1, 1, 0), &
       rule_t('&nucleation', not_with, '&load on = ''crack''', not_built, &
-         'a pressure does work on the faces of a new crack at once', '', 1054, 1, 1, 0), &
+         'a pressure does work on the faces of a new crack at once', '', 1057, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1056, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1059, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&constraint unilateral = .true.', not_built, &
-         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1059, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1062, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws of any strain}', not_built, &
-         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1062, &
+         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1065, &
          1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws with a history}', mechanics, &
          'what is stored before and after does not tell what a new crack releases', &
-         '&material law = ''linear_elastic'' | ''orthotropic''', 1065, 1, 1, 1), &
-      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1068, 1, 1, 0), &
+         '&material law = ''linear_elastic'' | ''orthotropic''', 1068, 1, 1, 1), &
+      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1071, 1, 1, 0), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, 'tips at no nodes', mechanics, &
-         'virtual crack closure needs a tip at a node', '''domain_integral''', 1070, 1, 1, 1), &
+         'virtual crack closure needs a tip at a node', '''domain_integral''', 1073, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, &
          '&growth and &crack kind = ''symmetry'' and a plane', mechanics, &
-         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1073, 1, 3, &
+         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1076, 1, 3, &
          1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, '&cohesive', mechanics, &
-         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1078, 1, 1, 1), &
+         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1081, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of elastic material}', not_with, '&material law = {laws with a history}', &
-         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1081, 1, 1, 1), &
+         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1084, 1, 1, 1), &
       rule_t('&energy_release estimators = ''stress_closure''', not_with, '&load on = ''crack''', mechanics, &
-         'the derivation assumes traction-free crack faces', '''domain_integral''', 1084, 1, 1, 1), &
+         'the derivation assumes traction-free crack faces', '''domain_integral''', 1087, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of isotropic material}', not_with, '&material law = ''orthotropic''', &
-         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1087, 1, 1, 1), &
+         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1090, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, &
          '&crack contact = ''frictionless'' | ''friction''', mechanics, 'the estimator assumes traction-free crack faces', &
-         '''domain_integral''', 1090, 1, 1, 1), &
+         '''domain_integral''', 1093, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load on = ''crack''', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1093, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1096, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load face = ''left'' | ''right''', &
-         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1096, 1, 1, 1), &
+         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1099, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&cohesive', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1099, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1102, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&growth', not_built, &
-         'the estimator is for stationary tips', '''domain_integral''', 1102, 1, 1, 1), &
+         'the estimator is for stationary tips', '''domain_integral''', 1105, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&nucleation', not_built, &
-         'the estimator is for tips that are there from the start', '''domain_integral''', 1105, 1, 1, 1), &
+         'the estimator is for tips that are there from the start', '''domain_integral''', 1108, 1, 1, 1), &
       rule_t('&energy_release estimators = ''domain_integral''', warned_with, '&material law = {laws with a history}', &
          mechanics, 'J depends on its domain where material yields or creeps; K, modes and errors are not '// &
-         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1108, 1, 1, 0), &
+         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1111, 1, 1, 0), &
       rule_t('&energy_release estimators = ''material_force''', warned_with, '&material law = {laws with a history}', mechanics, &
-         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1110, 1, 1, &
+         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1113, 1, 1, &
          0), &
       rule_t('&energy_release t_stress = .true.', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'the T-stress is an interaction integral', '', 1112, 1, 1, 0), &
-      rule_t('&energy_release t_stress = .true.', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1114, 1, 1, 0)]
+         'the T-stress is an interaction integral', '', 1115, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_12(*) = [ &
+      rule_t('&energy_release t_stress = .true.', not_with, '&material law = {laws with a history}', mechanics, &
+         'the fields that the integral is with are those of elastic material', '', 1117, 1, 1, 0), &
       rule_t('&energy_release t_stress = .true.', not_with, '&growth law = {growth laws in motion}', mechanics, &
-         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1116, 1, 1, &
+         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1119, 1, 1, &
          0), &
       rule_t('&energy_release phase_length', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'K of an interface is an interaction integral', '', 1118, 1, 1, 0), &
+         'K of an interface is an interaction integral', '', 1121, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1120, 1, 1, 0), &
+         'the fields that the integral is with are those of elastic material', '', 1123, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = ''orthotropic''', not_built, &
-         'the fields that the integral is with are those of isotropic materials', '', 1122, 1, 1, 0), &
+         'the fields that the integral is with are those of isotropic materials', '', 1125, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack kind = ''symmetry''', mechanics, &
-         'beyond a symmetry plane is the same material', '', 1124, 1, 1, 0), &
+         'beyond a symmetry plane is the same material', '', 1127, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack contact = ''frictionless'' | ''friction''', mechanics, &
-         'faces that touch at an interface have other fields at the tip', '', 1126, 1, 1, 0), &
+         'faces that touch at an interface have other fields at the tip', '', 1129, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&growth law = {growth laws in motion}', not_built, &
-         'the fields that the integral is with are those of a tip at rest', '', 1128, 1, 1, 0), &
+         'the fields that the integral is with are those of a tip at rest', '', 1131, 1, 1, 0), &
       rule_t('&energy_release radii', no_effect_without, '&energy_release estimators = {estimators by radii}', by_meaning, '', &
-         '', 1130, 1, 1, 0), &
-      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1132, &
+         '', 1133, 1, 1, 0), &
+      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1135, &
          1, 1, 0), &
-      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1134, 1, &
+      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1137, 1, &
          1, 0), &
       rule_t('&energy_release reference = ''dcb''', requires, &
          '&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', mechanics, &
-         'the closed form is for a crack along the beam', '', 1136, 1, 2, 0), &
+         'the closed form is for a crack along the beam', '', 1139, 1, 2, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, 'several bodies', mechanics, 'the closed form is for one beam', &
-         'reference = ''value''', 1139, 1, 1, 0), &
+         'reference = ''value''', 1142, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&material law = ''orthotropic''', mechanics, &
-         'the closed form is for isotropic material', 'reference = ''value''', 1141, 1, 1, 0), &
+         'the closed form is for isotropic material', 'reference = ''value''', 1144, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&load kind = ''pressure'' | ''gravity''', mechanics, &
-         'the closed form is for forces', 'reference = ''value''', 1143, 1, 1, 0), &
+         'the closed form is for forces', 'reference = ''value''', 1146, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&growth', mechanics, 'the closed form is for a stationary crack', &
-         '', 1145, 1, 1, 0), &
-      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1147, 1, 1, 0), &
-      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1149, 1, 1, 0), &
-      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1151, 1, 1, 0), &
-      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1153, 1, 1, 0), &
+         '', 1148, 1, 1, 0), &
+      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1150, 1, 1, 0), &
+      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1152, 1, 1, 0), &
+      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1154, 1, 1, 0), &
+      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1156, 1, 1, 0), &
       rule_t('&probe at', requires, '&probe quantity = ''displacement'' | ''velocity'' | ''stress'' | ''strain''', by_meaning, &
-         '', '', 1155, 1, 1, 0), &
+         '', '', 1158, 1, 1, 0), &
       rule_t('&probe quantity = ''velocity''', not_with, '&method time = ''static''', mechanics, &
-         'a static model has no velocity', '', 1157, 1, 1, 0), &
-      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1159, 1, 1, 0), &
-      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1161, 1, 1, 0), &
+         'a static model has no velocity', '', 1160, 1, 1, 0), &
+      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1162, 1, 1, 0), &
+      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1164, 1, 1, 0), &
       rule_t('&probe quantity = ''opening'' | ''volume'' and several cracks', requires, '&probe of', by_meaning, &
-         'the name selects the crack', '', 1163, 2, 1, 0), &
+         'the name selects the crack', '', 1166, 2, 1, 0), &
       rule_t('&probe quantity = ''load_line''', requires, '&probe of', by_meaning, 'the name selects the load or constraint', &
-         '', 1166, 1, 1, 0), &
+         '', 1169, 1, 1, 0), &
       rule_t('&probe quantity = ''load_line''', not_with, '&probe quantity = ''opening'' | ''volume''', by_meaning, &
-         'of is a crack there', 'two probes', 1168, 1, 1, 0), &
-      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1170, 1, &
+         'of is a crack there', 'two probes', 1171, 1, 1, 0), &
+      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1173, 1, &
          1, 0), &
-      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1172, 1, 1, 0), &
-      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1174, 1, 1, 0), &
-      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1176, 1, 1, 0), &
-      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1178, 1, 1, 0)]
+      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1175, 1, 1, 0), &
+      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1177, 1, 1, 0), &
+      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1179, 1, 1, 0), &
+      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1181, 1, 1, 0)]
 
    type(rule_t), parameter :: rules(*) = [rules_1, rules_2, rules_3, rules_4, rules_5, rules_6, rules_7, rules_8, rules_9, &
       rules_10, rules_11, rules_12]

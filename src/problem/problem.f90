@@ -8,8 +8,8 @@ module hampm_problem
    use hampm_energy, only: energy_of_particles => kinetic_energy, strain_energy, dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, assemble_all, give_to_particles
    use hampm_ghost_penalty, only: enough_alone, are_nearly_empty
-   use hampm_interface_points, only: interfaces_t, cohesive, ghost, interface_energy, energy_of_rates, jumps_with_mass, &
-                                     add_interface_momentum
+   use hampm_interface_points, only: interfaces_t, bonded, releasing, cohesive, ghost, interface_energy, energy_of_rates, &
+                                     jumps_with_mass, add_interface_momentum
    use hampm_failure, only: failure_t, exit_computation, exit_input
    use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
@@ -18,6 +18,7 @@ module hampm_problem
    use hampm_matter, only: matter_t
    use hampm_state_update, only: update_particle_state
    use hampm_mass_matrix, only: find_coupled_region, lump_at
+   use hampm_numbering, only: nodes_of_elements
    use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, finish_sums
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t, scheme_t, new_scheme, new_scheme_of_domains
@@ -35,6 +36,8 @@ module hampm_problem
    public :: problem_t, start_problem, rebuild_on_grid, renew_interfaces, sort_particles, sort_anew, weigh_particles, &
              update_particles, map_to_grid, rebuild_operators, refresh_grid, is_weighed, keeps_velocity, pass_on, do_pass, &
              assemble_sums, kinetic_energy, stored_energy, dissipated_energy, archive_history
+
+   integer, parameter :: cells_around_tips = 4   !! within which mass = 'tip_weighted' is not lumped
 
    !> Derived data that make steps fast.
    type :: cache_t
@@ -125,7 +128,7 @@ contains
       if (m%interfaces%n_cohesive > 0) call check_layers(m, failure)
       if (.not. failure%failed()) call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
-      call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
+      call choose_cells(m%mass, m%grid, near_growing_tips(m), m%fields%mass_matrix, failure)
       if (failure%failed()) return
       m%fields%mass_matrix%stays = m%particles%total_frame
       if (allocated(m%fields%mass_matrix%lumped_fraction)) then
@@ -144,6 +147,29 @@ contains
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine rebuild_on_grid
+
+   !> Whether elements are around tips or fronts that grow in motion, where the mass matrix is another one there: within some cells
+   !> of the points that are bonded ahead of these, or fail behind.
+   pure function near_growing_tips(m) result(is_near)
+      type(problem_t), intent(in) :: m
+      logical, allocatable :: is_near(:)
+      logical :: is_met(m%grid%n_points)
+      integer, allocatable :: nodes(:)
+      integer :: e, k, ring
+      allocate (is_near(merge(m%grid%n_elements, 0, m%mass%around_tips)), source=.false.)
+      if (.not. m%mass%around_tips) return
+      is_met = .false.
+      do k = 1, m%interfaces%n
+         associate (point => m%interfaces%list(k))
+            if (point%law == bonded .or. point%law == releasing) is_met(pack(point%jump%node, point%jump%node > 0)) = .true.
+         end associate
+      end do
+      do ring = 1, cells_around_tips
+         is_near = [(any(is_met(m%grid%support_of(e))), e=1, m%grid%n_elements)]
+         call nodes_of_elements(m%grid, pack([(e, e=1, m%grid%n_elements)], is_near), nodes)
+         is_met(nodes) = .true.
+      end do
+   end function near_growing_tips
 
    !> Whether points have material; all may have it where that moves through the cells.
    pure function nodes_with_material(m) result(has)

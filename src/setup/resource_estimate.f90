@@ -195,7 +195,7 @@ contains
          bytes = bytes + 8*ndim*occupied*model%grid%order**ndim*(3*modes_of(model) + 8)
       if (mass_used(model) == 'lumped') return
       bytes = bytes + merge(of_quadratic_mass, of_mass, model%grid%order == 2)*cells
-      if (model%method%mass == 'fmpm') return
+      if (model%method%mass == 'fmpm' .or. model%method%mass == 'tip_weighted') return ! few cells are solved
       select case (model%method%solver)
        case ('cg')
          bytes = bytes + merge(of_quadratic_cg, of_cg, model%grid%order == 2)*cells

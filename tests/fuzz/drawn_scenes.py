@@ -21,7 +21,7 @@ CHOICES = {
     "contact": {"bodies": ["bonded", "stick", "frictionless", "friction"]},
     "method": {"time": ["explicit", "implicit", "static", "modal"], "start": ["undeformed", "static"], "scheme": ["musl", "usf", "usl", "usavg"], "wave_speed": ["shear", "dilatational"],
                "path": ["fastest", "reference"], "frame": ["total", "updated"], "shape_functions": ["linear", "linear", "cpdi"],
-               "mass": ["lumped", "lumped", "consistent", "partial", "fmpm", "weighted"], "solver": ["auto", "cg", "direct"],
+               "mass": ["lumped", "auto", "consistent", "partial", "fmpm", "weighted", "tip_weighted"], "solver": ["auto", "cg", "direct"],
                "consistent_region": ["box", "refined"], "order": [1, 2, 3], "lumped_fraction": [0.2778, 0.5], "hht_alpha": [0.0, -0.1], "courant": [0.0, 0.05, 0.1]},
     "refine": {"indicator": ["none", "tip", "zz", "gradient"], "field": ["energy_density", "stress_norm", "speed"], "max_level": [1, 2], "rings": [2, 3, 4],
                "tolerance": [0.05, 0.1, 0.2], "r_crit": [0.03, 0.1], "r_coarsen": [0.0, 0.01], "energy_floor": [1e-3, 0.1], "interval": [5, 20]},

@@ -67,7 +67,7 @@ def scene(chance):
     side, end = n * cell / 2, 4e-6 if refines and level == 2 else chance.choice([4e-6, 8e-6])
     number = chance.choice([1, 1, 1, 2, 3])
     places = {1: [(0, 0)], 2: [(-4.5, -1), (4.5, 1)], 3: [(-5, -3), (5, -3), (0, 5)]}[number]
-    mass = chance.choice(["lumped", "weighted", "consistent"])
+    mass = chance.choice(["auto", "lumped", "weighted", "consistent", "tip_weighted"])
     frame = chance.choice(["total", "total", "updated"])
     room, velocity = (3, f"  velocity = {chance.choice(['0.0, 0.0', '50.0, 0.0', '-30.0, 80.0'])}") if frame == "updated" else (0, "")
     text = f"""&run plane = '{chance.choice(["strain", "stress"])}'  end_time = {end} /

@@ -259,12 +259,12 @@ class Method(Group):
     """Shape functions at the present positions, for bodies that meet, or always at the initial ones; default 'total'"""
     shape_functions: Literal['linear', 'cpdi'] | None
     """Of a particle in frame = 'updated': of its place, or the mean over the corners of its domain; default 'linear'"""
-    mass: Literal['lumped', 'consistent', 'partial', 'fmpm', 'weighted'] | None
-    """Mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a weighted mean of both; default 'lumped'"""
+    mass: Literal['auto', 'lumped', 'consistent', 'partial', 'fmpm', 'weighted', 'tip_weighted'] | None
+    """Mass matrix: by row sums, consistent, so in some cells, a series for its inverse, a weighted mean of both, or that aroun; default 'auto'"""
     order: int | None
     """Of mass = 'fmpm': number of terms of the series; 1 is lumped; [1, 100]; default 2"""
     lumped_fraction: float | None
-    """Of mass = 'weighted': weight of the lumped matrix; 5/18 has the least dispersion in short steps; [0, 1]; default 0.2778"""
+    """Of mass = 'weighted' and 'tip_weighted': weight of the lumped matrix; 5/18 has the least dispersion in short steps; [0, 1]; default 0.2778"""
     consistent_region: Literal['box', 'refined'] | None
     """Of mass = 'partial': it is consistent in a box, or in the cells that are refined; default 'box'"""
     consistent_lower: float | Sequence[float] | None
