@@ -53,6 +53,7 @@ module hampm_growing
       real(dp) :: rate = 0                       !! energy release rate, last measured; static: of the step before [J/m2]
       ! Static growth
       real(dp) :: advance = 0                    !! advance in the last load step [m]
+      logical :: has_come = .false.              !! whether that ended at a body of another toughness
       real(dp) :: extension = 0                  !! advance in the load steps before [m]
       real(dp) :: kink = 0                       !! angle of its last kink, to the left [rad]
       real(dp) :: slope = 0                      !! change of atan(K_II/K_I) with the angle of that, of a short kink
@@ -137,6 +138,7 @@ module hampm_growing
       real(dp) :: onset_length = 0               !! length with which it does [m]
       real(dp) :: onset_released = 0             !! energy that it releases then, over its area [J/m2]
       logical :: hold_still = .false.            !! whether tips below their toughness do not advance
+      logical :: looks_back = .false.            !! whether points that have come to another body have the toughness before it
       logical :: have_no_load = .false.          !! the same in the next load step, as no load was found that brings a tip to it
       ! In motion
       logical :: is_implicit = .false.           !! whether tips of law = toughness search for their advance, in implicit steps
@@ -165,6 +167,7 @@ module hampm_growing
    end type growing_t
 
    real(dp), parameter :: just_ahead = 1e-3_dp   !! cells
+   real(dp), parameter, public :: front_ahead = 0.1_dp !! of points of fronts at rest [cells]
    real(dp), parameter :: off_toughness = 0.05_dp !! of what faces take in motion over toughness times area: it is told
    real(dp), parameter :: first_cells = 4        !! in which points of a starting tip take more or less than that
 
@@ -235,7 +238,7 @@ contains
       is_of = growth%path == crack .and. growth%of_end(end)
    end function is_of
 
-   !> Arguments of the toughness of a tip that grows straight; the body is the one a cell ahead of it, in motion just ahead.
+   !> Arguments of the toughness of a tip that grows straight; the body is the one just ahead of it.
    pure function advance_of(self, model, cracks, tip) result(advance)
       class(growing_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -246,15 +249,18 @@ contains
          advance = advance_t(speed=of%speed, length=cracks%crack(of%crack)%length(), &
                              extension=of%grown + self%points(tip)%extension + self%points(tip)%advance, &
                              angle=direction_of(of%axis(:, 1)), shear=self%points(tip)%shear)
-         call take_toughness(model, of%place + self%cells_ahead()*of%nodes%spacing*of%axis(:, 1), of%place, &
+         call take_toughness(model, of%place + self%cells_ahead(tip)*of%nodes%spacing*of%axis(:, 1), of%place, &
                              advance)
       end associate
    end function advance_of
 
-   !> How far ahead of a point its body is asked for [cells].
-   pure real(dp) function cells_ahead(self)
+   !> How far ahead of a point its body is asked for [cells]; behind, where it has just come to another one and looks back. Fronts
+   !> at rest end at seams by their nodes, between which they are some part of a cell beside a curved one.
+   pure real(dp) function cells_ahead(self, point)
       class(growing_t), intent(in) :: self
-      cells_ahead = merge(1.0_dp, just_ahead, self%is_static)
+      integer, intent(in) :: point
+      cells_ahead = merge(front_ahead, just_ahead, self%is_static .and. self%points(point)%front > 0)
+      if (self%looks_back .and. self%points(point)%has_come) cells_ahead = -cells_ahead
    end function cells_ahead
 
    !> Next advance of a tip by the direction of a &growth, from its measured values; straight in dynamics, once the tip runs.

@@ -54,7 +54,7 @@ contains
                                    extension=growing%points(k)%extension + growing%points(k)%advance, &
                                    shear=front%of_g(2, j)**2/max(sum(front%of_g(:, j)**2), tiny(1.0_dp)), &
                                    angle=atan2(front%outward(along(2), j), front%outward(along(1), j)))
-               call take_toughness(model, front%at(:, j) + growing%cells_ahead()*finest_cell(model)*front%outward(:, j), &
+               call take_toughness(model, front%at(:, j) + growing%cells_ahead(k)*finest_cell(model)*front%outward(:, j), &
                                    front%at(:, j), advance)
                next(k) = next_t(is_there=.true., advance=advance, rate=max(0.0_dp, times**2*front%g(j)), &
                                 intensity=times*front%of_g(:2, j), toughness=model%growth(laws(k))%toughness_at(advance))

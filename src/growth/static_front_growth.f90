@@ -12,12 +12,12 @@
 module hampm_static_front_growth
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
-   use hampm_crack_placement, only: body_at, finest_cell, distance_to_loads, least_radius
+   use hampm_crack_placement, only: body_at, finest_cell, distance_to_loads, least_radius, way_to_toughness
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: advances_of, errors_of_rates, rates_of, way_error
    use hampm_front, only: front_t, region_t
    use hampm_front_values, only: front_values_t, part_along, between_hats, parts_of, place_hats
-   use hampm_growing, only: by_cycles, by_time, growing_t, next_t, add_once
+   use hampm_growing, only: by_cycles, by_time, front_ahead, growing_t, next_t, add_once
    use hampm_lapack, only: dposv
    use hampm_law, only: value_of
    use hampm_load_search, only: nothing
@@ -55,14 +55,16 @@ contains
       logical, intent(out) :: have_moved
       character(:), allocatable, intent(inout) :: message
       type(cracks_t) :: before_it
-      real(dp) :: way(size(growing%points))
+      real(dp) :: way(size(growing%points)), to_seam(size(growing%points))
       real(dp), allocatable :: of_nodes(:)
       logical :: meets_itself
       integer, allocatable :: have_met(:), of_crack(:)
       integer :: c, f, i, n, before
-      call find_advances(growing, model, next, fronts, way, message)
+      to_seam = [(ways_to_seam(fronts(f)%at, fronts(f)%outward), f=1, size(fronts))]
+      call find_advances(growing, model, next, fronts, to_seam, way, message)
       have_moved = any(way > 0)
       growing%points%advance = 0
+      growing%points%has_come = way >= to_seam
       if (.not. have_moved) return
       call record_advances(growing, fronts, way)
       do c = 1, size(cracks%regions)
@@ -71,10 +73,9 @@ contains
          do f = 1, size(fronts)
             n = size(fronts(f)%arc)
             if (cracks%fronts(f)%crack == c) then
-               do i = 1, cracks%fronts(f)%n()
-                  of_nodes = [of_nodes, between_hats(way(before + 1:before + n), fronts(f)%domain%front%is_closed, &
-                                                     cracks%fronts(f)%arc(i)/(fronts(f)%arc(2) - fronts(f)%arc(1)))]
-               end do
+               of_nodes = [of_nodes, min(ways_to_seam(cracks%fronts(f)%at, cracks%fronts(f)%outward), &
+                  [(between_hats(way(before + 1:before + n), fronts(f)%domain%front%is_closed, &
+                                 cracks%fronts(f)%arc(i)/(fronts(f)%arc(2) - fronts(f)%arc(1))), i=1, cracks%fronts(f)%n())])]
             end if
             before = before + n
          end do
@@ -105,6 +106,16 @@ contains
       have_moved = any(growing%points%advance > 0)
 
    contains
+
+      !> Ways of places along a front to a body of another toughness: huge beyond the longest increment, and from within what a front
+      !> is beside a seam at which it has come [m].
+      pure function ways_to_seam(at, outward) result(ways)
+         real(dp), intent(in) :: at(:, :), outward(:, :)
+         real(dp) :: ways(size(at, 2))
+         integer :: j
+         ways = [(way_to_toughness(model, at(:, j), outward(:, j), maxval(model%growth%increment)), j=1, size(ways))]
+         where (ways <= front_ahead*finest_cell(model)) ways = huge(ways)
+      end function ways_to_seam
 
       !> A front in words.
       function name_of(number) result(name)
@@ -244,12 +255,13 @@ contains
       end do
    end subroutine reach_sides
 
-   !> Find the way of each point in the next load step [m].
-   subroutine find_advances(growing, model, next, fronts, way, message)
+   !> Find the way of each point in the next load step, which ends where another toughness begins [m].
+   subroutine find_advances(growing, model, next, fronts, to_seam, way, message)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
       type(next_t), intent(in) :: next(:)        !! of all points
       type(front_values_t), intent(in) :: fronts(:)
+      real(dp), intent(in) :: to_seam(:)         !! of each point [m]
       real(dp), intent(out) :: way(:)
       character(:), allocatable, intent(inout) :: message
       real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
@@ -270,6 +282,7 @@ contains
          do f = 1, size(fronts)
             call slow_down(fall(f))
          end do
+         way = min(way, to_seam)
          return
       end if
       ratio = 0
@@ -306,7 +319,7 @@ contains
          integer :: f
          do f = 1, size(fall)
             associate (first => fall(f)%before + 1, last => fall(f)%before + size(fall(f)%of, 1))
-               way(first:last) = least_advances(fall(f), 1 - most/max(ratio(first:last), nothing))
+               way(first:last) = least_advances(fall(f), 1 - most/max(ratio(first:last), nothing), to_seam(first:last))
             end associate
          end do
       end function advances_with
@@ -337,17 +350,18 @@ contains
       end subroutine slow_down
    end subroutine find_advances
 
-   !> The least w >= 0 with A w >= g, equal where w > 0: A has no positive elements off its diagonal, so that points are released or
-   !> held from iteration to iteration.
-   pure function least_advances(fall, g) result(w)
+   !> The least w >= 0 with A w >= g, equal where w > 0, or as far as w may be: A has no positive elements off its diagonal, so that
+   !> points are released, held or stopped from iteration to iteration.
+   pure function least_advances(fall, g, most) result(w)
       type(fall_t), intent(in) :: fall
-      real(dp), intent(in) :: g(:)
-      real(dp) :: w(size(g)), matrix(size(g), size(g))
+      real(dp), intent(in) :: g(:), most(:)      !! [-], [m]
+      real(dp) :: w(size(g)), matrix(size(g), size(g)), fixed(size(g))
       logical :: moves(size(g)), before(size(g))
       integer :: turn, i, info
       moves = g > 0
-      do turn = 1, size(g) + 1
-         w = merge(fall%part*g, 0.0_dp, moves)
+      fixed = 0
+      do turn = 1, 2*size(g) + 1
+         w = merge(fall%part*(g - matmul(fall%of, fixed)), fixed, moves)
          matrix = spread(fall%part, 2, size(g))*fall%of
          do i = 1, size(g)
             matrix(i, i) = matrix(i, i) + fall%part(i)*fall%least
@@ -358,7 +372,10 @@ contains
          end do
          call dposv('U', size(g), 1, matrix, size(g), w, size(g), info)
          before = moves
-         moves = merge(w > 0, g - matmul(fall%of, w) - fall%least*w > 1e-12_dp, before)
+         associate (rest => g - matmul(fall%of, w) - fall%least*w)
+            moves = merge(w > 0 .and. w < most, merge(rest < -1e-12_dp, rest > 1e-12_dp, fixed > 0), before)
+         end associate
+         fixed = merge(0.0_dp, merge(most, fixed, before .and. w >= most), moves .or. w <= 0)
          if (all(moves .eqv. before)) exit
       end do
       w = max(w, 0.0_dp)

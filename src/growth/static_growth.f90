@@ -3,7 +3,7 @@
 module hampm_static_growth
    use hampm_kinds, only: dp, ndim
    use hampm_crack_values, only: crack_values_t
-   use hampm_crack_placement, only: least_radius
+   use hampm_crack_placement, only: least_radius, way_to_toughness
    use hampm_crack_tip, only: crack_tip_t
    use hampm_failure, only: failure_t
    use hampm_fatigue, only: advances_of
@@ -46,6 +46,7 @@ contains
       real(dp), dimension(size(values)) :: wanted !! way of each tip [m]
       integer :: k, have_stopped
       growing%points%advance = 0
+      growing%points%has_come = .false.
       least = 0
       wanted = 0
       do k = 1, size(values)
@@ -107,6 +108,7 @@ contains
                return
             end if
             angle = next(k)%kink
+            call come_to_seam(k, angle, length)
             before = cracks%crack(tip%crack)%points
             if (angle*growing%points(k)%kink < 0 .and. min(abs(angle), abs(growing%points(k)%kink)) > to_and_fro .and. &
                 .not. law%factors%of_angle%is_there()) & ! along weak planes it does
@@ -144,6 +146,22 @@ contains
             growing%points(k)%advance = length
          end associate
       end subroutine try_to_advance
+
+      !> Let an advance end where a body of another toughness begins, and the one before it so that there is room for that.
+      subroutine come_to_seam(k, angle, length)
+         integer, intent(in) :: k
+         real(dp), intent(in) :: angle           !! [rad]
+         real(dp), intent(inout) :: length       !! [m]
+         real(dp), parameter :: turned = 1.1_dp  ! over `least`, as the tip turns before it goes on
+         real(dp) :: way, rest
+         rest = turned*least(k)
+         associate (tip => cracks%tips(k))
+            way = way_to_toughness(model, tip%place, matmul(tip%axis, in_plane(cos(angle), sin(angle))), length + rest)
+            if (way > length + merge(0.0_dp, rest, growing%part < 1) .or. way < least(k)) return
+            growing%points(k)%has_come = way <= length .or. way < least(k) + rest
+            length = merge(way, way - rest, growing%points(k)%has_come)
+         end associate
+      end subroutine come_to_seam
    end subroutine advance_tips
 
    !> Give a tip its usual radii, or smaller ones for its room, also before another material.

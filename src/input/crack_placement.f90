@@ -17,7 +17,7 @@ module hampm_crack_placement
    private
    public :: distance_in_material, body_at, least_radius, domain_radii, is_covered, held_ahead, covered_radius, &
              distance_to_loads, distance_to_constraints, path_at, is_fixed, is_other_within, is_layer, sides_of_tip, face_normal, &
-             distance_to_others, layer_around, finest_cell, region_in, take_toughness
+             distance_to_others, layer_around, finest_cell, region_in, take_toughness, way_to_toughness
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
@@ -101,6 +101,50 @@ contains
          end associate
       end do
    end subroutine take_toughness
+
+   !> Distance from a place to the first body of another toughness in a direction [m]; huge beyond `reach`. Found to rounding between
+   !> places that are an eighth of a finest cell apart.
+   pure real(dp) function way_to_toughness(model, from, direction, reach) result(way)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: from(ndim), direction(ndim) !! [m], and a unit vector
+      real(dp), intent(in) :: reach              !! [m]
+      integer, parameter :: looks = 8            ! in a cell
+      type(advance_t) :: here
+      real(dp) :: before
+      integer :: turn
+      way = huge(way)
+      if (.not. any(model%bodies%toughness > 0)) return
+      here = toughness_at(0.0_dp)
+      before = 0
+      do while (is_as_here(min(reach, before + finest_cell(model)/looks)))
+         before = before + finest_cell(model)/looks
+         if (before >= reach) return
+      end do
+      way = min(reach, before + finest_cell(model)/looks)
+      do turn = 1, digits(way)
+         associate (middle => (before + way)/2)
+            if (is_as_here(middle)) then
+               before = middle
+            else
+               way = middle
+            end if
+         end associate
+      end do
+   contains
+      !> What the toughness depends on just ahead of a place on the way.
+      pure type(advance_t) function toughness_at(way)
+         real(dp), intent(in) :: way             !! [m]
+         call take_toughness(model, from + (way + 2*tolerance(model%grid))*direction, from + way*direction, toughness_at)
+      end function toughness_at
+
+      !> Whether that is as at its beginning.
+      pure logical function is_as_here(way)
+         real(dp), intent(in) :: way             !! [m]
+         associate (there => toughness_at(way))
+            is_as_here = abs(there%of_body - here%of_body) <= 0 .and. (there%or_of_growth .eqv. here%or_of_growth)
+         end associate
+      end function is_as_here
+   end function way_to_toughness
 
    !> Whether the box around a tip that reaches `radius` far is full of material, on one side of the crack on a symmetry plane.
    pure logical function is_covered(model, tip, radius) result(covered)

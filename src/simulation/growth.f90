@@ -3,7 +3,7 @@
 module hampm_growth
    use hampm_failure, only: failure_t
    use hampm_growing, only: by_cycles, by_frame, by_load, by_steps, by_time
-   use hampm_growth_at_rest, only: book_step, follow_control, grow, load_in_symmetry, load_to_onset
+   use hampm_growth_at_rest, only: arrive, book_step, follow_control, grow, load_in_symmetry, load_to_onset
    use hampm_growth_in_cycles, only: follow_cycles, follow_time, grow_in_cycles
    use hampm_growth_in_motion, only: follow_motion, prepare_motion
    use hampm_interface_points, only: have_friction
@@ -61,6 +61,7 @@ contains
        case (by_frame)
          call follow_control(s, failure)
        case (by_load)
+         call arrive(s, failure)
          call load_in_symmetry(s, failure)
          call load_to_onset(s, failure)
          call book_step(s, failure)

@@ -30,7 +30,7 @@ module hampm_growth_at_rest
    use hampm_tolerance, only: bounded_ratio
    implicit none
    private
-   public :: at_load_t, grow, rescale, note_separation, turn_to_symmetry, measure_at_loads, book_step, has_fronts, &
+   public :: at_load_t, grow, arrive, rescale, note_separation, turn_to_symmetry, measure_at_loads, book_step, has_fronts, &
              load_in_symmetry, load_to_onset, follow_control
 
    real(dp), parameter :: near = 1e-6_dp         !! part of the toughness, and of the controlled quantity
@@ -240,6 +240,17 @@ contains
       s%problem%energies = energies
    end subroutine measure_at_loads
 
+   !> After growth, measured: book the step to where points have come to a body of another toughness, at the load at which they come.
+   subroutine arrive(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      if (failure%failed() .or. .not. any(s%growing%points%has_come)) return
+      s%growing%looks_back = .true.
+      call load_in_symmetry(s, failure)
+      call book_step(s, failure)
+      s%growing%looks_back = .false.
+   end subroutine arrive
+
    !> Scale the loads, now or at another time, and measure.
    subroutine rescale(s, factor, failure, time)
       type(simulation_t), intent(inout) :: s
@@ -365,7 +376,7 @@ contains
    !>
    !> Tips advance by increments at G = toughness while the quantity rises. Where it would fall, growth is unstable: the quantity
    !> stays and G exceeds the toughness. The last increment ends where G is the toughness, unless a tip has run through by it: what
-   !> it has parted is not joined again.
+   !> it has parted is not joined again. A tip that has come to a tougher body by less than that body's toughness rests there.
    subroutine follow_control(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -380,6 +391,8 @@ contains
       now = s%growing%controlled
       s%growing%controlled = target
       s%growing%hold_still = .true.
+      s%growing%looks_back = .true.
+      s%growing%points%has_come = .false.
       call load_to(s, target, failure)
       has_grown = .not. failure%failed()
       if (has_grown) has_grown = any(ratios(s, whatever=.true.) > 1 + 2*near)
@@ -394,6 +407,12 @@ contains
             call load_to(s, now, failure)
          end if
          call book_step(s, failure)
+         if (any(s%growing%points%has_come)) then
+            s%growing%points%has_come = .false.
+            call load_in_symmetry(s, failure)
+            if (abs(controlled(s)) >= abs(target)) exit
+            cycle
+         end if
          before = s%cracks
          last = critical
          factor = s%growing%load_factor
@@ -409,6 +428,7 @@ contains
          if (s%is_over) return
          exit
       end do
+      s%growing%looks_back = .false.
       call load_to(s, target, failure)
       if (has_grown .and. has_held_drive(s%problem)) then ! whose K_II is another one for each load factor
          call turn_to_symmetry(s, turns, failure)
@@ -430,7 +450,7 @@ contains
       integer, parameter :: most = 5
       real(dp) :: part(2), off(2), now
       integer :: trial, side, ended
-      part = [0, 1]
+      part = [0.0_dp, min(1.0_dp, maxval(s%growing%points%advance/s%model%growth(max(1, s%growing%points%law))%increment))]
       off = [first, controlled(s)] - (1 + close)*target ! G is hardly below the toughness: no more growth there
       now = off(2)
       do trial = 1, most
@@ -439,6 +459,7 @@ contains
          ended = count(s%growing%points%has_ended)
          s%cracks = before                       ! as before that increment, with the loads there
          s%growing%points%advance = 0            ! the toughness there is not that of its end
+         s%growing%points%has_come = .false.
          call see_around_tips(s%model, s%cracks)
          call cut_anew(s, failure)
          call rescale(s, factor, failure)

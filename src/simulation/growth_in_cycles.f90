@@ -49,7 +49,7 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       type(symmetric_turns_t) :: turns
-      real(dp), allocatable :: ways(:), now(:, :, :)
+      real(dp), allocatable :: ways(:), now(:, :, :), there(:, :, :)
       real(dp) :: before                         ! cycles
       real(dp) :: off                            ! part of K by which it may be [-]
       logical :: have_arrested
@@ -58,7 +58,7 @@ contains
       ways = s%growing%points%advance
       call book_step(s, failure)
       now = s%growing%fatigue%at
-      call measure_cycles(s, now, failure)
+      call measure_cycles(s, now, failure, there)
       if (.not. any(ways > 0)) s%growing%fatigue%at = now
       off = part_of_rate(s%problem, s%cracks, s%measurements)/2
       s%growing%fatigue%off = off
@@ -66,7 +66,8 @@ contains
       if (has_fronts(s)) then
          call follow_points()
       else
-         call count_cycles(s%growing%fatigue, s%model, ways, now, off, have_arrested)
+         call count_cycles(s%growing%fatigue, s%model, ways, there, off, have_arrested)
+         s%growing%fatigue%at = now
       end if
       s%is_over = have_arrested .or. s%growing%fatigue%life >= 0
       if (s%growing%fatigue%life >= 0) then
@@ -115,10 +116,9 @@ contains
 
       !> Count the cycles at points of fronts: at their present places, once these are evenly spaced again.
       subroutine follow_points()
-         real(dp) :: there(size(now, 1), size(now, 2), size(now, 3))
          integer :: l
          do l = 1, size(now, 2)
-            there(:, l, :) = at_points(s%growing, s%measurements%fronts, now(:, l, :))
+            there(:, l, :) = at_points(s%growing, s%measurements%fronts, there(:, l, :))
          end do
          call count_cycles(s%growing%fatigue, s%model, ways, there, off, have_arrested)
          s%growing%fatigue%at = now
@@ -133,13 +133,14 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       type(symmetric_turns_t) :: turns
-      real(dp), allocatable :: ways(:), now(:, :, :)
+      real(dp), allocatable :: ways(:), now(:, :, :), there(:, :, :)
       logical :: has_grown
       if (failure%failed()) return
       associate (fatigue => s%growing%fatigue, time => s%problem%state%time)
          fatigue%until = time
          now = fatigue%at
          call measure_cycles(s, now, failure)
+         there = now
          fatigue%later = now
          if (s%problem%state%steps > 0 .and. .not. failure%failed()) then
             call grow(s, failure, has_grown)
@@ -148,10 +149,10 @@ contains
             if (has_grown) then
                call turn_to_symmetry(s, turns, failure)
                ways = s%growing%points%advance
-               call measure_cycles(s, now, failure)
+               call measure_cycles(s, now, failure, there)
             end if
             if (failure%failed()) return
-            call pass(s, ways, now)
+            call pass(s, ways, there)
             s%is_over = fatigue%life >= 0
             if (s%is_over) call tell_fracture(s)
             if (fatigue%cycles < time) then
@@ -191,24 +192,39 @@ contains
       call add_line(s%warning, 'fracture '//when//': the largest K reaches that of the toughness; the run ends before end_time')
    end subroutine tell_fracture
 
-   !> After a load step, measured and booked: find K and K over K_c at each load of the cycles.
-   subroutine measure_cycles(s, now, failure)
+   !> After a load step, measured and booked: find K and K over K_c at each load of the cycles; `before` with the toughness of the
+   !> body from which a tip has come.
+   subroutine measure_cycles(s, now, failure, before)
       type(simulation_t), intent(inout) :: s
       real(dp), intent(inout) :: now(:, :, :)    !! (modes and part of K_c, loads, tips)
       type(failure_t), intent(inout) :: failure
+      real(dp), allocatable, intent(out), optional :: before(:, :, :)
       type(at_load_t), allocatable :: at(:)
       type(next_t) :: next(size(now, 3))
-      integer :: k, l
+      integer :: l
+      if (present(before)) before = now
       if (failure%failed()) return
       call measure_at_loads(s, spread(.true., 1, size(now, 2)), at, failure)
       if (failure%failed()) return
       do l = 1, size(at)
+         if (present(before)) then
+            s%growing%looks_back = .true.
+            call take(before(:, l, :))
+            s%growing%looks_back = .false.
+         end if
+         call take(now(:, l, :))
+      end do
+   contains
+      !> K and K over K_c of all points at a load.
+      subroutine take(of)
+         real(dp), intent(inout) :: of(:, :)
+         integer :: k
          next = next_of_points(s%growing, s%model, s%cracks, at(l)%crack, at(l)%fronts, at(l)%factor)
          do k = 1, size(next)
             if (.not. next(k)%is_there) cycle
-            now(:modes, l, k) = next(k)%intensity
-            if (next(k)%toughness > 0) now(modes + 1, l, k) = sqrt(max(0.0_dp, next(k)%rate)/next(k)%toughness)
+            of(:modes, k) = next(k)%intensity
+            if (next(k)%toughness > 0) of(modes + 1, k) = sqrt(max(0.0_dp, next(k)%rate)/next(k)%toughness)
          end do
-      end do
+      end subroutine take
    end subroutine measure_cycles
 end module hampm_growth_in_cycles
