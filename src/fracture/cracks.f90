@@ -504,16 +504,19 @@ contains
       end do
    end subroutine open_planes
 
-   !> Take the cracked regions from the planes of a grid.
+   !> Take the cracked regions from the planes of a grid, and see where they cross.
    pure subroutine take_planes(cracks, planes)
       type(cracks_t), intent(inout) :: cracks
-      type(plane_cut_t), intent(in) :: planes(:)
+      type(plane_cut_t), intent(inout) :: planes(:)
       integer :: k
       if (.not. allocated(cracks%regions)) allocate (cracks%regions(size(planes)))
       do k = 1, size(planes)
          cracks%regions(k) = planes(k)%region_t
       end do
       call fronts_of(cracks%regions, cracks%fronts)
+      do k = 1, size(planes)
+         planes(k)%region_t = cracks%regions(k)
+      end do
    end subroutine take_planes
 
    !> Keep where a crack is.

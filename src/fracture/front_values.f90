@@ -188,8 +188,8 @@ contains
             room = min(room, sqrt(minval(sum((front%at - spread(p%reference(i, :), 2, front%n()))**2, dim=1))) &
                              - p%volume(i)**(1.0_dp/ndim))
          end do
-         domain%walls = problem%grid%planes(front%crack)%walls
-         do i = 1, size(domain%walls)            ! nor holes, except those at whose wall the front ends
+         domain%walls = problem%grid%planes(front%crack)%all_walls()
+         do i = 1, size(domain%walls)            ! nor holes and other cracks, but those at which it ends
             associate (wall => domain%walls(i))
                if (wall%is_hole .and. .not. front%ends_at(wall)) &
                   room = min(room, minval([(wall%distance(front%at(:, node)), node=1, front%n())]))

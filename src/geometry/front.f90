@@ -9,14 +9,14 @@
 !>    region%uncracked(low, high, area, middle)    of a rectangle
 module hampm_front
    use hampm_kinds, only: dp, ndim, name_len
-   use hampm_outline, only: outline_t, ring_t, wall_t
+   use hampm_outline, only: box_ring, outline_t, ring_t, wall_t
    use hampm_polygon, only: area_of, clip_segment, clip_to, clip_to_box, distance_to_polygon, is_in_polygon, moments_of, &
                             outward_normal, side_lengths, ways_along
    use hampm_ring_moments, only: sort_few
    use hampm_tensors, only: norm
    implicit none
    private
-   public :: grid_plane_t, region_t, front_t, crack_shape_t, region_of, find_fronts, plane_axes, room_of, chords
+   public :: grid_plane_t, region_t, front_t, crack_shape_t, region_of, find_fronts, find_cuts, plane_axes, room_of, chords
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: rounding = 1e-9_dp     !! of the box, within which an edge lies on its edge
@@ -46,6 +46,12 @@ module hampm_front
       procedure :: in_space => place_in_space
    end type grid_plane_t
 
+   !> Another crack that crosses a plane, as a wall on the far side of its faces: fronts end there.
+   type, extends(wall_t) :: cut_t
+      integer :: across = 0                      !! axis of the normal of its plane
+      real(dp) :: faces = 0                      !! place of that plane on the axis [m]
+   end type cut_t
+
    !> The cracked region of a plane.
    type, extends(grid_plane_t) :: region_t
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! of the box around all material in the plane [m]
@@ -55,7 +61,10 @@ module hampm_front
       logical, allocatable :: is_corner(:)       !! whether the outline has a kink there, not a chord of a curve
       type(outline_t), allocatable :: bodies(:)  !! with material in the plane; not allocated where all of these are boxes
       type(wall_t), allocatable :: walls(:)      !! of these; none of boxes
+      type(cut_t), allocatable :: cuts(:)        !! other cracks across it, as `find_cuts` has found them
    contains
+      procedure :: all_walls
+      procedure :: at_cut
       procedure :: distance
       procedure :: contains => holds
       procedure :: uncracked
@@ -157,15 +166,19 @@ contains
       low = whole%in_plane(whole%lower)
       high = whole%in_plane(whole%upper)
       margin = rounding*norm(high - low)
-      if (allocated(region%bodies)) call part_edges(region, margin)
+      if (size(region%all_walls()) > 0) call part_edges(region, margin)
       n = size(region%outline, 2)
       allocate (from(n), to(n), begins(n), ends(n))
       do k = 1, n
          associate (a => region%outline(:, k), b => region%outline(:, modulo(k, n) + 1))
             call clip_segment(a, b, low + margin, high - margin, from(k), to(k))
             if (.not. region%may_be_front(k)) to(k) = -1
-            if (.not. allocated(region%bodies) .or. to(k) <= from(k)) cycle
-            if (.not. is_in_material(region, a + (from(k) + to(k))/2*(b - a), margin)) to(k) = -1
+            if (to(k) <= from(k)) cycle
+            associate (middle => a + (from(k) + to(k))/2*(b - a))
+               if (region%at_cut(middle) > 0) to(k) = -1
+               if (.not. allocated(region%bodies)) cycle
+               if (.not. is_in_material(region, middle, margin)) to(k) = -1
+            end associate
          end associate
       end do
       do k = 1, n
@@ -201,20 +214,22 @@ contains
       type(region_t), intent(inout) :: region
       real(dp), intent(in) :: shortest           !! part of an edge that there is [m]
       type(region_t) :: old
+      type(wall_t), allocatable :: walls(:)
       real(dp), allocatable :: at(:)             ! parts of an edge
       real(dp), allocatable :: outline(:, :)
       logical, allocatable :: may_be_front(:), is_corner(:)
       real(dp) :: before
       integer :: n, k, w, i
       old = region
+      walls = region%all_walls()
       n = size(old%outline, 2)
       allocate (outline(2, 0), may_be_front(0), is_corner(0))
       do k = 1, n
          associate (a => old%in_space(old%outline(:, k)), c => old%in_space(old%outline(:, modulo(k, n) + 1)))
             at = [0.0_dp]
             if (old%may_be_front(k)) then
-               do w = 1, size(old%walls)         ! each is met twice at most
-                  at = [at, old%walls(w)%way_to(a, c - a), 1 - old%walls(w)%way_to(c, a - c)]
+               do w = 1, size(walls)             ! each is met twice at most
+                  at = [at, walls(w)%way_to(a, c - a), 1 - walls(w)%way_to(c, a - c)]
                end do
                at = pack(at, at >= 0 .and. at < 1)
                call sort_few(at)
@@ -233,6 +248,106 @@ contains
       call move_alloc(may_be_front, region%may_be_front)
       call move_alloc(is_corner, region%is_corner)
    end subroutine part_edges
+
+   !> Find where other cracks cross each plane. One is no wall where a region is on both of its sides already, or on neither.
+   pure subroutine find_cuts(regions)
+      type(region_t), intent(inout) :: regions(:)
+      real(dp), parameter :: thick = 0.5_dp      ! of the spacing of nodes, in which a front that comes there ends
+      type(cut_t) :: cut
+      type(cut_t), allocatable :: cuts(:)
+      real(dp), allocatable :: ends(:), part(:, :)
+      real(dp), dimension(ndim) :: low, high
+      integer :: k, j, i, along
+      logical :: is_behind(2)
+      do k = 1, size(regions)
+         allocate (cuts(0))
+         do j = 1, size(regions)
+            if (regions(j)%axis == regions(k)%axis .or. min(size(regions(j)%outline), size(regions(k)%outline)) == 0) cycle
+            associate (self => regions(k), other => regions(j))
+               along = sum([(i, i=1, ndim)]) - self%axis - other%axis
+               ends = ends_on_line(other, findloc(other%along, self%axis, dim=1), self%plane)
+               do i = 1, size(ends) - 1, 2
+                  low = self%lower
+                  high = self%upper
+                  low(along) = max(low(along), ends(i))
+                  high(along) = min(high(along), ends(i + 1))
+                  if (low(along) >= high(along)) cycle
+                  part = self%outline
+                  call clip_to_box(part, self%in_plane(low), self%in_plane(high))
+                  if (size(part, 2) == 0) cycle
+                  associate (x => part(findloc(self%along, other%axis, dim=1), :), tolerance => 4*rounding*norm(high - low))
+                     is_behind = [minval(x) >= other%plane - tolerance, maxval(x) <= other%plane + tolerance]
+                     if (is_behind(1) .eqv. is_behind(2)) cycle
+                     low(self%axis) = minval(other%outline(findloc(other%along, self%axis, dim=1), :))
+                     high(self%axis) = maxval(other%outline(findloc(other%along, self%axis, dim=1), :))
+                     low(along) = ends(i)
+                     high(along) = ends(i + 1)
+                     low(other%axis) = other%plane - merge(thick*self%spacing, tolerance, is_behind(1))
+                     high(other%axis) = other%plane + merge(thick*self%spacing, tolerance, is_behind(2))
+                  end associate
+                  cut%ring_t = box_ring(low, high)
+                  cut%is_hole = .true.
+                  cut%across = other%axis
+                  cut%faces = other%plane
+                  cuts = [cuts, cut]
+               end do
+            end associate
+         end do
+         call move_alloc(cuts, regions(k)%cuts)
+      end do
+   end subroutine find_cuts
+
+   !> Where the outline of a region meets a line in its plane, along that, in ascending order: also where it only touches it [m].
+   pure function ends_on_line(region, axis, place) result(ends)
+      type(region_t), intent(in) :: region
+      integer, intent(in) :: axis                !! of the plane, 1 or 2, across the line
+      real(dp), intent(in) :: place              !! of the line on that axis [m]
+      real(dp), allocatable :: ends(:)
+      logical :: above(size(region%outline, 2))
+      integer :: n, k, side
+      n = size(above)
+      do side = 1, 2
+         above = merge(region%outline(axis, :) > place, region%outline(axis, :) >= place, side == 1)
+         allocate (ends(0))
+         do k = 1, n
+            associate (a => region%outline(:, k), b => region%outline(:, modulo(k, n) + 1))
+               if (above(k) .neqv. above(modulo(k, n) + 1)) &
+                  ends = [ends, a(3 - axis) + (place - a(axis))/(b(axis) - a(axis))*(b(3 - axis) - a(3 - axis))]
+            end associate
+         end do
+         if (size(ends) > 0 .or. side == 2) exit
+         deallocate (ends)
+      end do
+      call sort_few(ends)
+   end function ends_on_line
+
+   !> All walls at which fronts end: of bodies, and of other cracks.
+   pure function all_walls(self) result(walls)
+      class(region_t), intent(in) :: self
+      type(wall_t), allocatable :: walls(:)
+      integer :: n, k
+      n = size(self%walls)
+      k = 0
+      if (allocated(self%cuts)) k = size(self%cuts)
+      allocate (walls(n + k))
+      walls(:n) = self%walls
+      do k = 1, size(walls) - n
+         walls(n + k)%ring_t = self%cuts(k)%ring_t
+         walls(n + k)%is_hole = .true.
+      end do
+   end function all_walls
+
+   !> Number of the other crack, in the order of `cuts`, in whose wall a place of the plane is; 0 if there is none.
+   pure integer function at_cut(self, y) result(number)
+      class(region_t), intent(in) :: self
+      real(dp), intent(in) :: y(2)               !! [m]
+      integer :: k
+      number = 0
+      if (.not. allocated(self%cuts)) return
+      do k = size(self%cuts), 1, -1
+         if (self%cuts(k)%encloses(self%in_space(y))) number = k
+      end do
+   end function at_cut
 
    !> Whether there is material at a place of the plane, at both of its sides but on one of symmetry.
    pure logical function is_in_material(region, y, tolerance) result(is)

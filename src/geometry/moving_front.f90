@@ -5,7 +5,7 @@
 !> convex and stay kinks elsewhere, where corners that meet are merged. Nothing heals: advances are not negative.
 module hampm_moving_front
    use hampm_kinds, only: dp
-   use hampm_front, only: region_t, front_t, find_fronts, chords
+   use hampm_front, only: region_t, front_t, find_cuts, find_fronts, chords
    use hampm_polygon, only: area_of, clip_segment, cross, find_crossing, find_meeting, normal_of => outward_normal, side_lengths, &
                             ways_along
    use hampm_tensors, only: norm
@@ -28,10 +28,10 @@ module hampm_moving_front
 
 contains
 
-   !> Find the present fronts of all planes, with the number of the nearest front of the same crack before. Ended fronts keep their
-   !> numbers, without nodes; new ones follow all others.
+   !> Find the present fronts of all planes, where planes cross, with the number of the nearest front of the same crack before. Ended
+   !> fronts keep their numbers, without nodes; new ones follow all others.
    pure subroutine fronts_of(regions, fronts)
-      type(region_t), intent(in) :: regions(:)
+      type(region_t), intent(inout) :: regions(:)
       type(front_t), allocatable, intent(inout) :: fronts(:)
       type(front_t), allocatable :: before(:), here(:), more(:)
       real(dp), allocatable :: away(:, :)        ! of the middle of each front from each one before [m]
@@ -39,6 +39,7 @@ contains
       if (allocated(fronts)) call move_alloc(fronts, before)
       if (.not. allocated(before)) allocate (before(0))
       fronts = before
+      call find_cuts(regions)
       do i = 1, size(before)
          fronts(i)%grid_plane_t = regions(before(i)%crack)%grid_plane_t
          fronts(i)%at = before(i)%at(:, :0)
@@ -94,6 +95,7 @@ contains
       new = moving_t(region%outline, ways_along(region%outline), region%may_be_front, region%is_corner) ! initial places
       call divide(new, region%in_plane(region%lower), region%in_plane(region%upper), chord, sum(side_lengths(region%outline)))
       new%way = ways_at(new%way)
+      where ([(region%at_cut(new%at(:, k)) > 0, k=1, size(new%way))]) new%way = 0
       moves = max(1, ceiling(maxval(new%way)/(most*chord)))
       new%way = new%way/moves
       do k = 1, moves
@@ -104,6 +106,7 @@ contains
          call cut_loops(new, meets_itself)
          if (meets_itself) return
       end do
+      call end_at_cuts(region, new)
       deallocate (region%outline, region%may_be_front, region%is_corner)
       call move_alloc(new%at, region%outline)
       call move_alloc(new%may_be_front, region%may_be_front)
@@ -127,6 +130,20 @@ contains
          end do
       end function ways_at
    end subroutine advance_region
+
+   !> Put corners in the walls of other cracks on the faces of these, where the outline is no front any more.
+   pure subroutine end_at_cuts(region, new)
+      type(region_t), intent(in) :: region
+      type(moving_t), intent(inout) :: new
+      logical :: is_there(size(new%way))
+      integer :: c, i
+      do i = 1, size(is_there)
+         c = region%at_cut(new%at(:, i))
+         is_there(i) = c > 0
+         if (is_there(i)) new%at(findloc(region%along, region%cuts(c)%across, dim=1), i) = region%cuts(c)%faces
+      end do
+      new%may_be_front = new%may_be_front .and. .not. (is_there .and. cshift(is_there, 1))
+   end subroutine end_at_cuts
 
    !> Divide long edges where they are in a box, so that the outline keeps its area.
    pure subroutine divide(new, low, high, chord, last)

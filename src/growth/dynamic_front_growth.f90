@@ -123,11 +123,13 @@ contains
                call growing%stop_points(of, 'its front has met itself around a part that is not cracked', message, name, at)
             else if (now(1) == 0) then
                call growing%stop_points(of, 'has run through'//trim(merge(', or to holes', '             ', &
-                                                     allocated(cracks%regions(k)%bodies))), message, name, at, have_ended=.true.)
+                                        allocated(cracks%regions(k)%bodies)))//trim(merge(', or to other cracks', repeat(' ', 20), &
+                                        size(cracks%regions(k)%cuts) > 0)), message, name, at, have_ended=.true.)
             else if (any(now(:2) /= before(:2))) then
                call add_once(message, name//' has met a side of the material, or its fronts have met', at)
             else if (now(3) > before(3)) then
-               call add_once(message, name//' has come to the wall of a hole, and its front ends there', at)
+               call add_once(message, name//' has come to the wall of a hole'//trim(merge(' or to another crack', repeat(' ', 20), &
+                                             size(cracks%regions(k)%cuts) > 0))//', and its front ends there', at)
             end if
          end associate
       end do
@@ -214,7 +216,7 @@ contains
       integer :: ends(3), f, w
       ends = 0
       do f = 1, size(cracks%fronts)
-         associate (front => cracks%fronts(f), walls => cracks%regions(number)%walls)
+         associate (front => cracks%fronts(f), walls => cracks%regions(number)%all_walls())
             if (front%crack /= number .or. front%n() == 0) cycle
             ends = ends + [1, merge(0, 1, front%is_closed), &
                            count([(walls(w)%is_hole .and. front%ends_at(walls(w)), w=1, size(walls))])]

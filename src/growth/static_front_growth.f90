@@ -23,6 +23,7 @@ module hampm_static_front_growth
    use hampm_load_search, only: nothing
    use hampm_model, only: model_t
    use hampm_moving_front, only: advance_region, fronts_of
+   use hampm_outline, only: wall_t
    use hampm_history, only: history_t
    use hampm_text, only: to_text
    implicit none
@@ -32,7 +33,8 @@ module hampm_static_front_growth
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: floor_of_fall = 0.1_dp !! -dG/G for a uniform advance over the front length, no mode of A [-]
 
-   integer, parameter :: a_side = 1, a_wall = 2  !! boundaries that a front may meet
+   integer, parameter :: a_side = 1, a_wall = 2, a_crack = 3 !! boundaries that a front may meet
+   character(*), parameter :: has_met(3) = [character(26) :: 'met a side', 'come to the wall of a hole', 'come to another crack']
    real(dp), parameter :: to_walls = 3           !! finest cells: the largest of the least domains of fronts that grow
 
    !> A of a front.
@@ -84,8 +86,8 @@ contains
          call reach_sides(cracks%regions(c), cracks%fronts(of_crack), &
                           maxval([to_walls*finest_cell(model), model%energy_release%radii]), of_nodes, have_met)
          do i = 1, size(of_crack)
-            if (have_met(i) > 0) call add_once(message, name_of(of_crack(i))//' has '//trim(merge('met a side                ', &
-               'come to the wall of a hole', have_met(i) == a_side))//', and ends there as far as it goes on')
+            if (have_met(i) > 0) call add_once(message, name_of(of_crack(i))//' has '//trim(has_met(have_met(i)))// &
+                                               ', and ends there as far as it goes on')
          end do
          before_it = cracks
          call advance_region(cracks%regions(c), cracks%fronts(of_crack), of_nodes, meets_itself)
@@ -179,6 +181,7 @@ contains
             how = 'has run through all of the material'
             if (is_left) how = 'has run through, or become part of another'
             if (have_met(i) == a_wall) how = 'has come to holes with all of its length, and has ended'
+            if (have_met(i) == a_crack) how = 'has come to another crack, and has ended'
             call growing%stop_points(points_of(of_crack(i)), how, message, name_of(of_crack(i)), have_ended=.true.)
          end do
          do f = size(before_it%fronts) + 1, size(cracks%fronts)
@@ -222,9 +225,11 @@ contains
       real(dp), parameter :: near = 1.5_dp, beyond = 1 ! cells
       real(dp), parameter :: slanted = 0.5_dp
       real(dp), parameter :: inside = 1e-6_dp    ! cells
+      type(wall_t), allocatable :: walls(:)
       integer :: f, i, k, d, w
       real(dp) :: way, chord
       k = 0
+      walls = region%all_walls()
       allocate (have_met(size(fronts)), source=0)
       do f = 1, size(fronts)
          do i = 1, fronts(f)%n()
@@ -238,8 +243,8 @@ contains
                   have_met(f) = a_side
                end associate
             end do
-            do w = 1, size(region%walls)
-               associate (wall => region%walls(w), at => fronts(f)%at(:, i), out => fronts(f)%outward(:, i))
+            do w = 1, size(walls)
+               associate (wall => walls(w), at => fronts(f)%at(:, i), out => fronts(f)%outward(:, i))
                   if (.not. (wall%is_hole .or. wall%is_circle)) cycle
                   way = wall%way_to(at, out)
                   if (way - ways(k) >= near_walls) cycle
@@ -248,7 +253,8 @@ contains
                   chord = huge(chord)
                   if (wall%is_hole) chord = wall%way_to(at + (way + inside*region%spacing)*out, out)
                   ways(k) = max(ways(k), way + min(beyond*region%spacing, chord/2))
-                  have_met(f) = merge(a_wall, a_side, wall%is_hole)
+                  if (wall%is_hole) ways(k) = min(ways(k), way + chord/2) ! not to behind it
+                  have_met(f) = merge(merge(a_crack, a_wall, w > size(region%walls)), a_side, wall%is_hole)
                end associate
             end do
          end do
