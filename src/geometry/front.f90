@@ -257,7 +257,7 @@ contains
       type(cut_t), allocatable :: cuts(:)
       real(dp), allocatable :: ends(:), part(:, :)
       real(dp), dimension(ndim) :: low, high
-      integer :: k, j, i, along
+      integer :: k, j, i, along, in_self, in_other ! the last two: axes of planes across each other
       logical :: is_behind(2)
       do k = 1, size(regions)
          allocate (cuts(0))
@@ -265,7 +265,9 @@ contains
             if (regions(j)%axis == regions(k)%axis .or. min(size(regions(j)%outline), size(regions(k)%outline)) == 0) cycle
             associate (self => regions(k), other => regions(j))
                along = sum([(i, i=1, ndim)]) - self%axis - other%axis
-               ends = ends_on_line(other, findloc(other%along, self%axis, dim=1), self%plane)
+               in_self = findloc(self%along, other%axis, dim=1)
+               in_other = findloc(other%along, self%axis, dim=1)
+               ends = ends_on_line(other, in_other, self%plane)
                do i = 1, size(ends) - 1, 2
                   low = self%lower
                   high = self%upper
@@ -275,11 +277,11 @@ contains
                   part = self%outline
                   call clip_to_box(part, self%in_plane(low), self%in_plane(high))
                   if (size(part, 2) == 0) cycle
-                  associate (x => part(findloc(self%along, other%axis, dim=1), :), tolerance => 4*rounding*norm(high - low))
+                  associate (x => part(in_self, :), tolerance => 4*rounding*norm(high - low))
                      is_behind = [minval(x) >= other%plane - tolerance, maxval(x) <= other%plane + tolerance]
                      if (is_behind(1) .eqv. is_behind(2)) cycle
-                     low(self%axis) = minval(other%outline(findloc(other%along, self%axis, dim=1), :))
-                     high(self%axis) = maxval(other%outline(findloc(other%along, self%axis, dim=1), :))
+                     low(self%axis) = minval(other%outline(in_other, :))
+                     high(self%axis) = maxval(other%outline(in_other, :))
                      low(along) = ends(i)
                      high(along) = ends(i + 1)
                      low(other%axis) = other%plane - merge(thick*self%spacing, tolerance, is_behind(1))

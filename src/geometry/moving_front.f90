@@ -28,8 +28,8 @@ module hampm_moving_front
 
 contains
 
-   !> Find the present fronts of all planes, where planes cross, with the number of the nearest front of the same crack before. Ended
-   !> fronts keep their numbers, without nodes; new ones follow all others.
+   !> Find the present fronts of all planes, and where planes cross, with the number of the nearest front of the same crack before.
+   !> Ended fronts keep their numbers, without nodes; new ones follow all others.
    pure subroutine fronts_of(regions, fronts)
       type(region_t), intent(inout) :: regions(:)
       type(front_t), allocatable, intent(inout) :: fronts(:)

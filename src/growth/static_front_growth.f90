@@ -109,8 +109,8 @@ contains
 
    contains
 
-      !> Ways of places along a front to a body of another toughness: huge beyond the longest increment, and from within what a front
-      !> is beside a seam at which it has come [m].
+      !> Ways of places along a front to a body of another toughness: huge beyond the longest increment, and from within what a
+      !> front is beside a seam at which it has come [m].
       pure function ways_to_seam(at, outward) result(ways)
          real(dp), intent(in) :: at(:, :), outward(:, :)
          real(dp) :: ways(size(at, 2))

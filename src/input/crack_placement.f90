@@ -102,8 +102,8 @@ contains
       end do
    end subroutine take_toughness
 
-   !> Distance from a place to the first body of another toughness in a direction [m]; huge beyond `reach`. Found to rounding between
-   !> places that are an eighth of a finest cell apart.
+   !> Distance from a place to the first body of another toughness in a direction [m]; huge beyond `reach`. Found to rounding
+   !> between places that are an eighth of a finest cell apart.
    pure real(dp) function way_to_toughness(model, from, direction, reach) result(way)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: from(ndim), direction(ndim) !! [m], and a unit vector

@@ -240,7 +240,7 @@ contains
       s%problem%energies = energies
    end subroutine measure_at_loads
 
-   !> After growth, measured: book the step to where points have come to a body of another toughness, at the load at which they come.
+   !> After growth, measured: book the step to where points have come to a body of another toughness, at the load at which they do.
    subroutine arrive(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure

@@ -682,6 +682,7 @@ class Drawing:
             key = chance.choice(list(CHOICES[name]))
             chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
         self.ask(scene)
+        toughen(scene)
         return scene
 
     @staticmethod
@@ -906,6 +907,13 @@ class Drawing:
         for keys in found:
             keys["name"] = "p" + keys["name"]
         return [["probe", keys] for keys in found]
+
+
+def toughen(scene):
+    """Gives one of several bodies of some scenes that grow a toughness of its own. By itself: other draws stay what they are."""
+    gives, bodies, growth = random.Random(repr(scene)), [keys for keys in groups(scene, "body") if "hole" not in keys], group(scene, "growth")
+    if len(bodies) > 1 and "toughness" in growth and gives.random() < 0.4:
+        gives.choice(bodies)["toughness"] = gives.choice([0.3, 2.0, 10.0]) * growth["toughness"]
 
 
 def draw(chance, cracked=False):

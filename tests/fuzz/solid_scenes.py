@@ -11,7 +11,7 @@ import combinations
 import numpy as np
 import scene_maps as maps
 from combinations import MANY, SECOND, Case, Fault, Unasked, isometry
-from drawn_scenes import REMEMBER, CHOICES, Drawing, copy_of, group, groups
+from drawn_scenes import REMEMBER, CHOICES, Drawing, copy_of, group, groups, toughen
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = ROOT / "build/checked3d/hampm3d"
@@ -372,6 +372,7 @@ class Solid(Drawing):
         if not self.measured and self.crack != "symmetry":
             self.end_anywhere(scene)
         scene = self.grow_at_rest(scene + self.probes(scene))
+        toughen(scene)
         self.agree(scene)
         if self.time == "implicit" and chance.random() < 0.6:
             self.move_by_modes(scene)
