@@ -34,6 +34,7 @@ module hampm_fatigue
       real(dp) :: life = -1                      !! cycles to fracture; below 0: no fracture
       integer, allocatable :: law(:)             !! number of the &growth of each tip; 0: it does not grow
       real(dp), allocatable :: advance_deficit(:) !! advance deficit of each tip [m]
+      real(dp), allocatable :: slope(:)          !! in time: by what the speed of each tip rose with its last way [1/s]
       real(dp), allocatable :: zone(:)           !! from each tip to the end of the farthest plastic zone [m]
       real(dp), allocatable :: level(:)          !! factors of the loads at which K is needed; the first is 1 [-]
       integer, allocatable :: top(:), bottom(:)  !! numbers of the levels of each block
@@ -62,7 +63,7 @@ contains
       end do
       fatigue%law = law
       fatigue%is_in_time = is_in_time
-      allocate (fatigue%advance_deficit(size(law)), fatigue%zone(size(law)), source=0.0_dp)
+      allocate (fatigue%advance_deficit(size(law)), fatigue%zone(size(law)), fatigue%slope(size(law)), source=0.0_dp)
       allocate (fatigue%at(of_part, size(fatigue%level), size(law)), source=0.0_dp)
    contains
       !> Find the number of a level, which is added where it is new.
@@ -428,6 +429,8 @@ contains
       integer :: lead, half
       fatigue%off = off
       call choose_lead(fatigue, model, ways, lead, way)
+      where (ways > 0) fatigue%slope = max(0.0_dp, rates_of(fatigue, model, now, 1) - rates_of(fatigue, model, fatigue%later, 1)) &
+                                       /max(ways, tiny(way))
       fatigue%advance_deficit = fatigue%advance_deficit - ways
       less = off + rise_of(fatigue%later(:, :, lead), now(:, :, lead))**2/12
       late = part_late*way
@@ -506,12 +509,19 @@ contains
       call history%record('growth_rate_error', 'm', 'estimated error of growth_rate', errors(tip))
    end subroutine record_cycle
 
-   !> Error of the way of a tip at a time: what it goes in the error of that, and what it has not gone yet [m].
+   !> Error of the way of a tip at a time: what it goes in the error dt of that, and what it has not gone yet [m]. A speed that
+   !> rises with the way as in the last step, dv/da = s, gives v (exp(s dt) - 1)/s.
    elemental real(dp) function way_error(fatigue, tip, rate)
       type(fatigue_t), intent(in) :: fatigue
       integer, intent(in) :: tip
       real(dp), intent(in) :: rate               !! its speed [m/s]
-      way_error = rate*fatigue%error + abs(fatigue%advance_deficit(tip))
+      real(dp), parameter :: most = 20           ! so that nothing overflows
+      real(dp), parameter :: linear = 1e-4_dp    ! below which the next term is less than this
+      way_error = rate*fatigue%error
+      associate (rise => min(most, fatigue%slope(tip)*fatigue%error))
+         if (rise > linear) way_error = way_error*(exp(rise) - 1)/rise
+      end associate
+      way_error = way_error + abs(fatigue%advance_deficit(tip))
    end function way_error
 
    !> Error of the time at which the tips are where they are: from K and the increments, and what the fastest one has not gone yet,
@@ -546,6 +556,7 @@ contains
       call archive%serialise('done', fatigue%done)
       call archive%serialise('off', fatigue%off)
       call archive%archive_reals('advance_deficit', size(fatigue%advance_deficit), fatigue%advance_deficit)
+      call archive%archive_reals('slope', size(fatigue%slope), fatigue%slope)
       call archive%archive_reals('zone', size(fatigue%zone), fatigue%zone)
       call archive%archive_reals('at', size(fatigue%at), fatigue%at)
    end subroutine archive_fatigue

@@ -675,6 +675,7 @@ contains
          fatigue%law = [fatigue%law, fatigue%law(like)]
          fatigue%advance_deficit = [fatigue%advance_deficit, fatigue%advance_deficit(like)]
          fatigue%zone = [fatigue%zone, fatigue%zone(like)]
+         fatigue%slope = [fatigue%slope, fatigue%slope(like)]
          fatigue%at = reshape([fatigue%at, fatigue%at(:, :, like)], [shape(fatigue%at(:, :, 1)), size(fatigue%law)])
       end associate
    end subroutine add_points

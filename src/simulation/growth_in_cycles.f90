@@ -167,8 +167,10 @@ contains
          fatigue%at = now
          fatigue%off = part_of_rate(s%problem, s%cracks, s%measurements)/2
          call book_step(s, failure)
-         if (has_fronts(s) .and. s%problem%state%steps > 0) &
+         if (has_fronts(s) .and. s%problem%state%steps > 0) then
             call even_out_points(s%growing, s%measurements%fronts, fatigue%advance_deficit)
+            call even_out_points(s%growing, s%measurements%fronts, fatigue%slope)
+         end if
       end associate
    end subroutine follow_time
 

@@ -10,6 +10,7 @@ from harness import run
 
 sys.path.insert(0, str(BENCH))
 
+import prediction_coverage as drawn  # noqa: E402
 from cracks import scene  # noqa: E402
 
 STRIP = """&run plane = 'stress'  end_time = 8 /
@@ -53,3 +54,15 @@ def test_a_path_has_an_error(hampm):
         off = [min(abs((b - a)[0] * (x - a)[1] - (b - a)[1] * (x - a)[0]) / np.linalg.norm(b - a) for a, b in zip(path, path[1:]) if np.dot(b - a, x - a) >= -1e-9 and np.dot(a - b, x - b) >= -1e-4) for x in at[1:]]
         print("off by", off, "estimate", row["path_error" + tip])
         assert np.all(np.array(off)[1:] <= row["path_error" + tip][2:]) and row["path_error" + tip][-1] < 3e-4  # the first increment is another one by half
+
+
+@pytest.mark.parametrize("number", (13, 125))
+def test_the_way_by_a_speed_that_rises_is_within_its_error(hampm, number):
+    """Centre cracks by Charles' law, v = K**16: in the error of the time the speed rises by much, and the speed times that error was up to half of what the way is off by."""
+    specimen = drawn.draw(1, number)
+    row = run(hampm, drawn.scene(specimen))
+    off = np.abs(row["tip_x"] - [drawn.place_at(specimen, time) for time in row["time"]])
+    bar = row["crack_length_error"]
+    print(off, bar)
+    assert specimen["law"] == "time" and specimen["exponent"] == 16 and off[-1] > 0.4e-3
+    assert np.all(off <= bar) and np.all(bar[1:4] < 10 * off[1:4])
