@@ -249,6 +249,7 @@ contains
       call load_in_symmetry(s, failure)
       call book_step(s, failure)
       s%growing%looks_back = .false.
+      s%growing%points%has_come = .false.
    end subroutine arrive
 
    !> Scale the loads, now or at another time, and measure.
