@@ -48,6 +48,7 @@ contains
    pure subroutine find_unbonded(cut, forest)
       type(plane_cut_t), intent(inout) :: cut
       type(forest_t), intent(in) :: forest
+      type(region_t) :: with_ends                ! also where the front has ended at other cracks: nodes stay open ahead of there
       logical :: has_moved
       integer :: level
       if (allocated(cut%unbonded)) deallocate (cut%unbonded, cut%opened, cut%first)
@@ -55,11 +56,13 @@ contains
       has_moved = cut%moves
       if (has_moved) has_moved = size(cut%outline) /= size(cut%at_start%outline)
       if (cut%moves .and. .not. has_moved) has_moved = any(abs(cut%outline - cut%at_start%outline) > 0)
+      with_ends = cut%region_t
+      if (allocated(cut%cuts)) with_ends%may_be_front = with_ends%may_be_front .or. size(cut%cuts) > 0
       do level = 0, forest%finest_level()
          associate (cell => scale(forest%cell, -level))
             cut%unbonded(level) = cut%shrunk(margin*cell)
             cut%opened(level) = cut%unbonded(level)
-            if (has_moved) cut%opened(level) = cut%shrunk(-release_length/3*cell)
+            if (has_moved) cut%opened(level) = with_ends%shrunk(-release_length/3*cell)
             if (cut%moves) cut%first(level) = cut%at_start%shrunk(margin*cell)
          end associate
       end do

@@ -4,7 +4,7 @@ them."""
 import pytest
 from test_growth_once import GRIP, H
 
-from harness import run
+from harness import differing, run
 
 WALL = 3e-3                                                 # place of the other crack
 DRIVES = {"rest": ("law = 'quasi_static'  increment = 2e-3", "", 1.0),
@@ -58,3 +58,13 @@ def test_a_front_goes_on_beside_another_crack(hampm3d, drive):
     print(area, row.said)
     assert "come to another crack" in row.said or "or to another crack" in row.said
     assert (10e-3 + WALL) * 8 * H + 1e-3 * 4 * H < area.max() <= (10e-3 + WALL + 20e-3) * 4 * H * (1 + 1e-6)
+
+
+@pytest.mark.parametrize(("drive", "steps"), [("rest", (1,)), ("cycles", (1,)), ("motion", (60, 80))])
+def test_it_goes_on_from_a_checkpoint(hampm3d, drive, steps):
+    """After the front has ended there, and while what it has left is released: the same bytes. Nodes ahead of it are open, which a new grid has to know."""
+    run(hampm3d, block(drive), name="whole")
+    for some in steps:
+        run(hampm3d, block(drive), code=5, words=("--steps", str(some)), name="part")
+        assert hampm3d("--resume", "part.h5.checkpoint", "--quiet").returncode == 0
+        assert not differing(hampm3d.folder / "whole.h5", hampm3d.folder / "part.h5"), some
