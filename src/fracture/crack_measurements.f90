@@ -7,7 +7,7 @@ module hampm_crack_measurements
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t, best_t
    use hampm_cracks, only: cracks_t
-   use hampm_estimated_errors, only: error_t, pace_t, follow, follow_speed, is_new_slot, look_for_arrival, needs_sample, &
+   use hampm_estimated_errors, only: error_t, pace_t, follow, follow_speed, is_new_slot, needs_sample, &
                                      waves_of
    use hampm_estimator, only: estimate_t
    use hampm_failure, only: failure_t
@@ -17,7 +17,7 @@ module hampm_crack_measurements
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
    use hampm_moving_tip, only: rayleigh_speed
-   use hampm_openings, only: opening_at, velocity_range_at
+   use hampm_openings, only: opening_at, look_for_arrival
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
@@ -122,19 +122,16 @@ contains
       type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(inout) :: values
       real(dp), parameter :: ahead = 1.5_dp, beside = 0.237_dp ! cells, by which hardly a place is on an edge
+      real(dp) :: places(ndim, corners)          ! beyond cells that it cuts, whose pieces may be all but empty [m]
       type(pace_t) :: pace
-      real(dp) :: rate
       integer :: k
       if (.not. (values%in_sets .and. tip%is_measured() .and. values%errors%are_known)) return
       pace = pace_of(problem, tip, values)
       if (.not. is_new_slot(values%arrival, problem%state%time, pace)) return
-      rate = 0
-      do k = 1, corners                          ! beyond cells that it cuts, whose pieces may be all but empty
-         rate = max(rate, velocity_range_at(problem, tip%now + tip%nodes%spacing*(ahead*tip%direction + &
-                                                                                  beside*(2*corner_offset(k) - 1))))
+      do k = 1, corners
+         places(:, k) = tip%now + tip%nodes%spacing*(ahead*tip%direction + beside*(2*corner_offset(k) - 1))
       end do
-      call look_for_arrival(values%arrival, problem%state%time, pace, &
-                            rate/problem%materials(tip%material_in(problem%materials))%shear_wave_speed())
+      call look_for_arrival(problem, places, pace, values%arrival)
    end subroutine look_at_tip
 
    !> Whether the errors of the next row need the present values of a tip.

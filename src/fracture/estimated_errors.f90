@@ -7,7 +7,7 @@ module hampm_estimated_errors
    implicit none
    private
    public :: error_t, estimated_errors_t, relative_errors, follow, follow_speed, archive_errors, archive_column, hardly, &
-             uncertainty, recent_t, pace_t, arrival_t, is_new_slot, look_for_arrival, add_recent, needs_sample, waves_of, &
+             uncertainty, recent_t, pace_t, arrival_t, is_new_slot, slot_of, add_recent, needs_sample, waves_of, &
              archive_recent, archive_arrival
 
    !> Part of the largest value so far of which there is always the relative error: where a value passes through zero, a small
@@ -46,7 +46,7 @@ module hampm_estimated_errors
    type :: arrival_t
       real(dp) :: slot = 0                       !! number of its slot
       real(dp) :: last_look = -1                 !! of that of the last look
-      real(dp) :: rate = 0                       !! difference of velocities in a cell then, over the speed of shear waves [-]
+      real(dp) :: rate = 0                       !! difference of velocities in a cell then [m/s]
    end type arrival_t
 
    !> When samples are taken.
@@ -197,21 +197,6 @@ contains
       is_new_slot = pace%waves > 0
       if (is_new_slot) is_new_slot = slot_of(time, pace) > arrival%last_look
    end function is_new_slot
-
-   !> After a step, look whether a wave has arrived: differences of velocities in the cells at a tip, or along a front.
-   pure subroutine look_for_arrival(arrival, time, pace, rate)
-      type(arrival_t), intent(inout) :: arrival
-      real(dp), intent(in) :: time               !! [s]
-      type(pace_t), intent(in) :: pace
-      real(dp), intent(in) :: rate               !! the largest difference, over the speed of shear waves [-]
-      arrival%last_look = slot_of(time, pace)
-      if (.not. rate > arrival%rate) return
-      if (arrival%rate > 0) then                 ! by whole powers of 4: rounding before a wave has no say
-         if (exponent(rate) - modulo(exponent(rate), 2) == exponent(arrival%rate) - modulo(exponent(arrival%rate), 2)) return
-      end if
-      arrival%rate = rate
-      arrival%slot = arrival%last_look
-   end subroutine look_for_arrival
 
    !> Add a value that is the next sample, and find the scatter of the recent ones and their change; these stay where too few lie
    !> within the time in which the right value is nearly linear. Half of what the first ones of a wave differ by is scatter.

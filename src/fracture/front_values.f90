@@ -9,7 +9,7 @@ module hampm_front_values
    use hampm_kinds, only: dp, ndim, corners
    use hampm_tensors, only: identity, norm
    use hampm_archive, only: archive_t
-   use hampm_estimated_errors, only: recent_t, pace_t, arrival_t, is_new_slot, look_for_arrival, add_recent, needs_sample, &
+   use hampm_estimated_errors, only: recent_t, pace_t, arrival_t, is_new_slot, add_recent, needs_sample, &
                                      waves_of, archive_recent, archive_arrival
    use hampm_front, only: front_t, room_of
    use hampm_front_closure, only: closure_rates
@@ -19,7 +19,7 @@ module hampm_front_values
    use hampm_loads, only: factors_at
    use hampm_material, only: are_of_one
    use hampm_nodal_state, only: nodal_state_t
-   use hampm_openings, only: opening_at, velocity_range_at
+   use hampm_openings, only: opening_at, look_for_arrival
    use hampm_problem, only: problem_t
    use hampm_snapshots, only: piece_t, add_field, vtk_line
    use hampm_text, only: to_text
@@ -300,23 +300,16 @@ contains
       type(front_values_t), intent(inout) :: values
       type(pace_t) :: pace
       real(dp), parameter :: beside = 0.237_dp   ! cells, by which no place is on an edge
-      real(dp) :: rate
       integer :: i, k
       if (values%has_ended .or. .not. in_sets) return
       pace = pace_of(problem, in_sets, values)
       if (.not. pace%in_sets) return
       if (.not. is_new_slot(values%arrival, problem%state%time, pace)) return
-      rate = 0
       associate (front => values%domain%front)
-         do i = 1, front%n()
-            do k = 1, corners
-               rate = max(rate, velocity_range_at(problem, front%at(:, i) &
-                                                  + beside*problem%grid%finest_cell*(2*corner_offset(k) - 1)))
-            end do
-         end do
+         call look_for_arrival(problem, reshape([((front%at(:, i) + beside*problem%grid%finest_cell*(2*corner_offset(k) - 1), &
+                                                   k=1, corners), i=1, front%n())], [ndim, corners*front%n()]), &
+                               pace, values%arrival)
       end associate
-      call look_for_arrival(values%arrival, problem%state%time, pace, &
-                            rate/problem%materials(values%domain%material)%shear_wave_speed())
    end subroutine look_at_front
 
    !> Whether the errors of the next row need the present values along a front.

@@ -8,6 +8,7 @@ module hampm_openings
    use hampm_crack_tip, only: crack_tip_t, frame_along, upper, lower
    use hampm_crack_tip_field, only: modes
    use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_estimated_errors, only: arrival_t, pace_t, slot_of
    use hampm_face_jumps, only: faces, faces_at, place_of_faces_t, place_between
    use hampm_front_integral, only: front_domain_t
    use hampm_grid, only: grid_t
@@ -20,7 +21,7 @@ module hampm_openings
    use hampm_tensors, only: norm, identity, quarter_turn
    implicit none
    private
-   public :: opening_at, in_modes, velocity_range_at
+   public :: opening_at, in_modes, look_for_arrival
 
    interface opening_at
       module procedure at_nodes, at_place, beside_front
@@ -142,6 +143,42 @@ contains
          if (cut%is_symmetry) opening = 2*dot_product(opening, across)*across
       end associate
    end function beside_front
+
+   !> After a step, look whether a wave has arrived: it strains one of the cells at a tip, or along a front, several times as fast as
+   !> all before it. What moves there far less than all of the material about its mean is rounding, or runs ahead of waves in cells.
+   pure subroutine look_for_arrival(problem, places, pace, arrival)
+      type(problem_t), intent(in) :: problem
+      real(dp), intent(in) :: places(:, :)       !! in the cells [m], (ndim, places)
+      type(pace_t), intent(in) :: pace
+      type(arrival_t), intent(inout) :: arrival
+      real(dp), parameter :: several = 4, far_less = 1e-6_dp
+      real(dp) :: rate                           ! [m/s]
+      integer :: k
+      arrival%last_look = slot_of(problem%state%time, pace)
+      rate = 0
+      do k = 1, size(places, 2)
+         rate = max(rate, velocity_range_at(problem, places(:, k)))
+      end do
+      if (.not. rate > several*arrival%rate) return
+      if (.not. rate > far_less*spread_of_velocities(problem)) return
+      arrival%rate = rate
+      arrival%slot = arrival%last_look
+   end subroutine look_for_arrival
+
+   !> Root of the mean square of velocities of nodes about that of all material [m/s].
+   pure real(dp) function spread_of_velocities(problem) result(spread)
+      type(problem_t), intent(in) :: problem
+      real(dp) :: total                          ! mass [kg]
+      integer :: d
+      associate (m => abs(problem%fields%mass_matrix%lumped), v => problem%fields%velocity(:, :, v_next))
+         total = sum(m)
+         spread = 0
+         do d = 1, ndim
+            spread = spread + sum(m*(v(d, :) - sum(m*v(d, :))/total)**2)/total
+         end do
+      end associate
+      spread = sqrt(spread)
+   end function spread_of_velocities
 
    !> Largest range of a component of the velocity over the nodes of the element at a place, 0 outside [m/s].
    pure real(dp) function velocity_range_at(problem, x) result(range)

@@ -163,3 +163,39 @@ def test_t_stress_of_either_half_of_a_graded_body(hampm):
     for name in ("K_I", "T_stress", "T_stress_error"):
         assert below[name] == pytest.approx(above[name], rel=1e-9), name
     assert abs(above["T_stress"][-1]) > 1e5
+
+
+STRUCK = """&run end_time = 1.2e-5 /
+&grid lower = 0.0, 0.0  cell = 0.001  cells = 16, 12 /
+&material name = 'm'  young = 3e9  poisson = 0.3  density = 1200.0 /
+&body material = 'm'  points_per_cell = 2  lower = 0.0, 0.0  upper = 0.016, 0.012 /
+&crack kind = 'path'  points = 0.0, 0.0057, 0.0084, 0.0057 /
+&load kind = 'pressure'  pressure = {pressure!r}  lower = 0.0, 0.012  upper = 0.016, 0.012  history = 'ramp'  rise_time = 6e-6 /
+&method time = 'explicit' /
+&energy_release estimators = 'domain_integral' /
+&output history_interval = 5e-7 /
+"""
+
+STRUCK_SLAB = """&run end_time = 1.2e-5 /
+&grid lower = 0.0, 0.0, 0.0  cell = 0.001  cells = 14, 16, 4 /
+&material name = 'm'  young = 3e9  poisson = 0.3  density = 1200.0 /
+&body material = 'm'  points_per_cell = 2  lower = 0.0, 0.0, 0.0  upper = 0.014, 0.016, 0.004 /
+&crack kind = 'plane'  normal = 'y'  front = 'straight'  tip = 0.007, 0.008, 0.0  direction = 1.0, 0.0, 0.0 /
+&load kind = 'pressure'  pressure = {pressure!r}  lower = 0.0, 0.016, 0.0  upper = 0.014, 0.016, 0.004  history = 'ramp'  rise_time = 6e-6 /
+&method time = 'explicit' /
+&energy_release estimators = 'domain_integral' /
+&output history_interval = 5e-7 /
+"""
+
+
+@pytest.mark.parametrize("text", [STRUCK, STRUCK_SLAB], ids=["plane", "solid"])
+def test_errors_in_motion_are_those_of_any_load(text, hampm, request):
+    """When a wave has come to a tip is known by what the material does as a whole: under half of a load all of it is half as fast."""
+    program = hampm if text is STRUCK else request.getfixturevalue("hampm3d")
+    full, half, third = (run(program, text.format(pressure=-2e6 * part)) for part in (1.0, 0.5, 0.375))
+    names = [name for name in full if name.endswith("_error") and name.startswith(("J", "G"))]
+    assert names
+    for name in names:
+        assert full[name][-1] > 0, name
+        assert half[name] == pytest.approx(full[name] / 4, rel=1e-6), name
+        assert third[name] == pytest.approx(full[name] * 0.375**2, rel=1e-6), name
