@@ -228,7 +228,6 @@ contains
       model%factors = largest_factors(m%loads)
       if (present(time)) model%factors = factors_at(m%loads, time)
       call full_loads(m, force, model%factors)
-      if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not forces that stop bodies, which have no size
       call accelerate_by_body_loads(m, force, model%factors, by_body_loads)
       call add_eigenstrains(m, force)
       call hold_back(m, shift, held_back, time)

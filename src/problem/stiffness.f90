@@ -444,12 +444,13 @@ contains
       end associate
    end function extent
 
-   !> The forces of all loads at their largest or, where there is no load, those that stop the bodies as they move at first, in a
-   !> second [N], (ndim, n_points).
+   !> The forces of all loads at their largest or, where there is no load, those that stop the bodies as they move at first, in the
+   !> time in which a wave runs through them [N], (ndim, n_points).
    subroutine full_loads(m, force, factors)
       type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :)
       real(dp), intent(in), optional :: factors(:) !! of the loads in place of their largest ones [-]
+      real(dp) :: rate                           ! [1/s]
       integer :: k, i
       allocate (force(ndim, m%grid%n_points), source=0.0_dp)
       call place_loads(m%loads, m%grid, m%particles)
@@ -458,10 +459,11 @@ contains
          if (.not. present(factors)) call add_load(m%loads(k), m%loads(k)%history%largest_factor(), force)
       end do
       if (size(m%loads) > 0) return
+      rate = maxval([(m%materials(k)%dilatational_wave_speed(), k=1, size(m%materials))])/extent(m)
       associate (p => m%particles)
          do i = 1, p%n
             associate (at => m%nodes_of(i))
-               force(:, at) = force(:, at) - p%mass(i)*spread(p%velocity(i, :), 2, size(at))*spread(m%functions_of(i), 1, ndim)
+               force(:, at) = force(:, at) - rate*p%mass(i)*spread(p%velocity(i, :), 2, size(at))*spread(m%functions_of(i), 1, ndim)
             end associate
          end do
       end associate

@@ -199,3 +199,26 @@ def test_errors_in_motion_are_those_of_any_load(text, hampm, request):
         assert full[name][-1] > 0, name
         assert half[name] == pytest.approx(full[name] / 4, rel=1e-6), name
         assert third[name] == pytest.approx(full[name] * 0.375**2, rel=1e-6), name
+
+
+FLIES_AGAINST = """&run end_time = {end!r} /
+&grid lower = 0.0, 0.0  cell = 1.0  cells = 12, 10 /
+&material name = 'm'  young = {young!r}  poisson = 0.25  density = 1000.0 /
+&body material = 'm'  points_per_cell = 2  lower = 0.0, 0.0  upper = 12.0, 10.0  velocity = 0.0, {velocity!r}  eigenstrain = {strain!r}, 0.0, 0.0 /
+&crack kind = 'path'  points = 3.2, 4.4, 8.1, 5.7 /
+&constraint lower = 0.0, 0.0  upper = 12.0, 0.0  fix = 'y' /
+&constraint lower = 7.0, 10.0  upper = 12.0, 10.0  fix = 'xy'  displacement = 2e-4, -1e-4  history = 'smooth_ramp'  rise_time = {interval!r} /
+&method time = 'explicit' /
+&energy_release estimators = 'domain_integral' /
+&output history_interval = {interval!r} /
+"""
+
+
+@pytest.mark.parametrize("strain", [0.0, 1e-5])
+def test_errors_of_a_body_that_flies_against_a_support_know_no_second(hampm, strain):
+    """Forces that stop it, those by which a support moves and those of heat are added up: each has to be one, in any unit of time."""
+    second = 2.0**-11
+    row, other = (run(hampm, FLIES_AGAINST.format(end=6.0 * t, interval=0.5 * t, young=1e4 / t**2, velocity=-2e-4 / t, strain=strain)) for t in (1.0, second))
+    for name in ("J", "J_error", "K_I_error", "J_error_tip2"):
+        assert np.max(row[name]) > 0, name
+        assert np.array_equal(row[name] / second**2, other[name]), name
