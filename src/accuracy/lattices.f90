@@ -7,7 +7,7 @@ module hampm_lattices
    use hampm_kinds, only: dp, ndim
    use hampm_load_groups, only: constraint_spec_t
    use hampm_model, only: model_t
-   use hampm_tensors, only: norm
+   use hampm_tensors, only: norm, edge_of
    use hampm_text, only: string_t, to_text, without_rounding
    implicit none
    private
@@ -50,7 +50,7 @@ contains
       end do
       self%margin = merge(2, 1, model%method%frame == 'updated')
       self%has_axis = model%run%plane == 'axisymmetric'
-      wanted = max(smallest_length(model, self)/coarsest, (product(self%upper - self%lower)/most_coarse)**(1/real(ndim, dp)))
+      wanted = max(smallest_length(model, self)/coarsest, edge_of(product(self%upper - self%lower)/most_coarse))
       call find_unit(model, wanted, self)
       self%fits = supports_fit(model, self)
       self%first = max(1, ceiling(self%unit/wanted*(1 - same)))

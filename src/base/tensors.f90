@@ -6,7 +6,7 @@ module hampm_tensors
    public :: identity, trace, determinant, inverse_transpose, product_of, n_voigt, voigt, name_of_component, quarter_turn, in_plane
    public :: space, unit_tensor, trace_of, symmetric, deviator, volume_change, determinant_of, inverse_transpose_of, cofactors, &
              change_of_cofactors
-   public :: n_symmetric, n_deviator, components_of, tensor_of, deviator_of, in_space, norm
+   public :: n_symmetric, n_deviator, components_of, tensor_of, deviator_of, in_space, norm, edge_of
 
    integer, parameter :: space = 3               !! dimensions of space
    real(dp), parameter :: unit_tensor(space, space) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [space, space])
@@ -35,6 +35,14 @@ contains
       real(dp), intent(in) :: x(:, :)
       norm = sqrt(sum(x**2))
    end function norm_of_tensor
+
+   !> Edge of a square with an area, of a cube with a volume [m], whose digits are the same in units of powers of two.
+   pure elemental real(dp) function edge_of(size) result(edge)
+      real(dp), intent(in) :: size               !! area [m2] or volume [m3]
+      integer :: powers
+      powers = (exponent(size) - modulo(exponent(size), ndim))/ndim
+      edge = scale(scale(size, -ndim*powers)**(1.0_dp/ndim), powers)
+   end function edge_of
 
    !> Trace of a second-order tensor.
    pure real(dp) function trace(f)

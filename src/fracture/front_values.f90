@@ -7,7 +7,7 @@
 !> remove most of that.
 module hampm_front_values
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_tensors, only: identity, norm
+   use hampm_tensors, only: identity, norm, edge_of
    use hampm_archive, only: archive_t
    use hampm_estimated_errors, only: recent_t, pace_t, arrival_t, is_new_slot, add_recent, needs_sample, &
                                      waves_of, archive_recent, archive_arrival
@@ -171,7 +171,7 @@ contains
          domain%lower = minval(p%reference(:p%n, :), dim=1)
          domain%upper = maxval(p%reference(:p%n, :), dim=1)
          do i = 1, p%n                           ! particles are in the middle of their volume
-            associate (half => p%volume(i)**(1.0_dp/ndim)/2)
+            associate (half => edge_of(p%volume(i))/2)
                domain%lower = min(domain%lower, p%reference(i, :) - half)
                domain%upper = max(domain%upper, p%reference(i, :) + half)
             end associate
@@ -186,7 +186,7 @@ contains
          do i = 1, p%n                           ! domains have one material
             if (are_of_one(problem%materials, domain%material, p%material(i))) cycle
             room = min(room, sqrt(minval(sum((front%at - spread(p%reference(i, :), 2, front%n()))**2, dim=1))) &
-                             - p%volume(i)**(1.0_dp/ndim))
+                             - edge_of(p%volume(i)))
          end do
          domain%walls = problem%grid%planes(front%crack)%all_walls()
          do i = 1, size(domain%walls)            ! nor holes and other cracks, but those at which it ends

@@ -222,3 +222,24 @@ def test_errors_of_a_body_that_flies_against_a_support_know_no_second(hampm, str
     for name in ("J", "J_error", "K_I_error", "J_error_tip2"):
         assert np.max(row[name]) > 0, name
         assert np.array_equal(row[name] / second**2, other[name]), name
+
+
+PULLED = """&run end_time = 1.0 /
+&grid lower = {y[0]!r}, {y[0]!r}, {y[1]!r}  cell = {y[2]!r}  cells = 8, 8, 8 /
+&material name = 'm'  young = {young!r}  poisson = 0.3  density = {density!r} /
+&body material = 'm'  points_per_cell = 2  lower = {y[0]!r}, {y[0]!r}, {y[1]!r}  upper = {y[3]!r}, {y[3]!r}, {y[4]!r} /
+&crack kind = 'plane'  normal = 'y'  front = 'straight'  tip = {y[5]!r}, {y[5]!r}, {y[1]!r}  direction = -1.0, 0.0, 0.0 /
+&constraint lower = {y[3]!r}, {y[0]!r}, {y[1]!r}  upper = {y[3]!r}, {y[3]!r}, {y[4]!r}  fix = 'xyz' /
+&constraint lower = {y[0]!r}, {y[0]!r}, {y[1]!r}  upper = {y[0]!r}, {y[3]!r}, {y[4]!r}  fix = 'yz'  displacement = 0.0, {y[6]!r}, {y[7]!r} /
+&method time = 'static' /
+&energy_release estimators = 'vcct' /
+"""
+
+
+def test_closure_of_a_front_knows_no_metre(hampm3d):
+    """In lengths of 4**5 all numbers are the old ones to the last bit; the edge of a particle is a cube root of its volume."""
+    lengths = (0.0, 0.09, 0.03, 0.24, 0.33, 0.12, -3.5e-6, 5.1e-6)
+    row, other = (run(hampm3d, PULLED.format(y=[x * m for x in lengths], young=3e9, density=1200.0)) for m in (1.0, 4.0**5))
+    for name in ("G_mean", "G_vcct_I", "G_vcct_III", "G_mean_error"):
+        assert row[name][-1] != 0, name
+        assert np.array_equal(row[name] * 4.0**5, other[name]), name
