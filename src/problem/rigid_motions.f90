@@ -9,7 +9,7 @@ module hampm_rigid_motions
    use hampm_constraints, only: hold
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_interface_points, only: pulls
+   use hampm_interface_points, only: is_half, pulls
    use hampm_lapack, only: dposv, dsyev
    use hampm_problem, only: problem_t
    use hampm_text, only: to_text, three_digits, point_text, without_rounding
@@ -422,11 +422,13 @@ contains
       piece = [(sets%least_of(k), k=1, m%grid%n_nodes)]
    end subroutine find_pieces
 
-   !> Sum, over the held components of each piece, of the squares of their displacements by its rigid-body modes.
+   !> Sum, over the held components of each piece, of the squares of their displacements by its rigid-body modes. A symmetry plane
+   !> holds what is bonded to it, or still coheres, across it.
    pure subroutine find_what_is_held(m, piece, held)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: piece(:)
       real(dp), allocatable, intent(out) :: held(:, :, :)  !! (motions, motions, nodes)
+      real(dp) :: row(motions)
       integer :: k, d
       allocate (held(motions, motions, m%grid%n_nodes), source=0.0_dp)
       if (m%particles%thickness%is_ring) then    ! it strains as it moves along x or turns
@@ -439,6 +441,16 @@ contains
                if (m%constraints%fixed(d, node)) &
                   call add_row(row_at(m, m%constraints%held_at(m%grid, node, d), d), held(:, :, piece(node)))
             end do
+         end associate
+      end do
+      do k = 1, m%interfaces%n
+         associate (point => m%interfaces%list(k))
+            if (.not. (is_half(point) .and. pulls(point))) cycle
+            row = 0
+            do d = 1, ndim
+               row = row + point%normal(d)*row_at(m, point%middle, d)
+            end do
+            call add_row(row, held(:, :, piece(point%jump%node(1))))
          end associate
       end do
    end subroutine find_what_is_held

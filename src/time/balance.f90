@@ -193,7 +193,8 @@ contains
             call stiffen_faces(self, m, shift, rigid_constraints, failure)
             if (failure%failed()) return
             call commit_slip(m%interfaces)
-            if (.not. any(m%materials%is_finite)) call keep_place(self, m, rigid_constraints)
+            call keep_place(self, m, pack(rigid_constraints, rigid_constraints%motion <= ndim .or. &
+                                                             .not. any(m%materials%is_finite)))
             return
          end if
          in_vain = merge(0, in_vain + 1, wrong < fewest)
@@ -204,7 +205,8 @@ contains
    end subroutine with_contact
 
    !> Take from the displacement what moves bodies as a whole where nothing holds them: nodes that stand in for constraints would
-   !> choose it. The centre of mass stays, and nothing turns in the mean by mass. Large strain knows no small turning.
+   !> choose it. The centre of mass stays, and nothing turns in the mean by mass. Large strain knows no small turning: there only
+   !> motions along an axis are given.
    subroutine keep_place(self, m, rigid_constraints)
       class(balance_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m

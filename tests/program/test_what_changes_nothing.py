@@ -243,3 +243,50 @@ def test_closure_of_a_front_knows_no_metre(hampm3d):
     for name in ("G_mean", "G_vcct_I", "G_vcct_III", "G_mean_error"):
         assert row[name][-1] != 0, name
         assert np.array_equal(row[name] * 4.0**5, other[name]), name
+
+
+COHERES = """&run end_time = 1.0  thickness = 0.01 /
+&grid lower = {lower}  cell = 0.25  cells = 12, 12 /
+&material name = 'm'  law = '{law}'  young = 70e9  poisson = 0.0  density = 2700.0 /
+&body material = 'm'  lower = {lower}  upper = {upper}  eigenstrain = {strain}, 0.0 /
+&crack kind = 'symmetry'  tip = {tip}  direction = {along} /
+&constraint lower = {tip}  upper = {end}  fix = '{across}' /
+&cohesive law = 'linear'  strength = 2e5  toughness = 1.0 /
+&method time = 'static' /
+&probe name = 'top'  quantity = 'displacement'  at = {top} /
+"""
+BELOW = dict(lower="0.0, 0.0", upper="2.5, 3.0", strain="-1e-5, -4e-6", tip="1.25, 0.0", along="1.0, 0.0", end="2.5, 0.0", across="y", top="1.25, 3.0")
+ASIDE = dict(lower="0.0, 0.0", upper="3.0, 2.5", strain="-4e-6, -1e-5", tip="3.0, 1.25", along="0.0, 1.0", end="3.0, 2.5", across="x", top="0.0, 1.25")
+
+
+@pytest.mark.parametrize("law", ["linear_elastic", "neo_hookean"])
+@pytest.mark.parametrize("scene, axis, way", [(BELOW, "y", -1), (ASIDE, "x", 1)], ids=["below", "aside"])
+def test_a_body_that_coheres_with_its_mirror_image_is_held_by_it(hampm, scene, axis, way, law):
+    """So one that cools shrinks without a stress, towards the plane; and nothing says where it is along the plane: its middle stays."""
+    row = run(hampm, COHERES.format(law=law, **scene))
+    other = {"x": "y", "y": "x"}[axis]
+    assert row["strain_energy"][-1] < 1e-12 * 70e9 * 4e-6**2 / 2 * 2.5 * 3.0 * 0.01
+    assert row[f"displacement_top_{axis}"][-1] == pytest.approx(way * 3.0 * 4e-6, rel=1e-4)
+    assert abs(row[f"displacement_top_{other}"][-1]) < 1e-4 * 1.25 * 1e-5
+
+
+NOTHING_ALONG = """&run end_time = 1.0 /
+&grid lower = 0.0, 0.0{z}  cell = 0.25  cells = 8, 6{n} /
+&material name = 'm'  law = 'neo_hookean'  young = 3e9  poisson = 0.3  density = 1200.0 /
+&body material = 'm'  lower = 0.0, 0.0{z}  upper = 2.0, 1.5{top} /
+&constraint lower = 0.0, 0.0{z}  upper = 2.0, 0.0{top}  fix = 'y{fixed}' /
+&load kind = 'traction'  lower = 0.0, 1.5{z}  upper = 2.0, 1.5{top}  force = 0.0, -1e7{none} /
+&method time = 'static'  load_steps = 2 /
+&probe name = 'left'  quantity = 'displacement'  at = 0.0, 0.5{half} /
+&probe name = 'right'  quantity = 'displacement'  at = 2.0, 0.5{half} /
+"""
+
+
+@pytest.mark.parametrize("solid", [False, True], ids=["plane", "solid"])
+def test_a_body_of_large_strain_stays_where_it_is_along_what_holds_it(hampm, request, solid):
+    """Its centre of mass stays: it widens as much to the left as to the right."""
+    program = request.getfixturevalue("hampm3d") if solid else hampm
+    words = dict(z=", 0.0", n=", 2", top=", 0.5", fixed="z", none=", 0.0", half=", 0.25") if solid else dict.fromkeys(("z", "n", "top", "fixed", "none", "half"), "")
+    row = run(program, NOTHING_ALONG.format(**words))
+    assert row["displacement_right_x"][-1] > 1e-4
+    assert row["displacement_left_x"][-1] == pytest.approx(-row["displacement_right_x"][-1], rel=1e-6)
