@@ -63,6 +63,7 @@ module hampm_cracks
       procedure :: end_direction
       procedure :: turn
       procedure :: find_nodes
+      procedure :: by_drive
    end type cracks_t
 
 contains
@@ -124,6 +125,41 @@ contains
       tip%has_ended = crack%waits .or. crack%is_through(end) .and. .not. crack%bonded(end) > 0
       allocate (tip%radii(0))
    end subroutine place_tip
+
+   !> Numbers of the tips, those first that are driven most; of equal ones that of the longer crack, and else by their places: which
+   !> of two tips takes the room that both need must not depend on the order of cracks in a model.
+   pure function by_drive(self, drive) result(order)
+      class(cracks_t), intent(in) :: self
+      real(dp), intent(in) :: drive(:)           !! by tip, not below 0, of any unit
+      integer :: order(size(drive))
+      real(dp), parameter :: same = 1e-6_dp
+      real(dp) :: keys(2 + ndim, size(drive))
+      integer :: k, at
+      do k = 1, size(drive)
+         associate (tip => self%tips(k))
+            keys(:, k) = [drive(k), self%crack(tip%crack)%length(), tip%place]
+         end associate
+         do at = k, 2, -1
+            if (.not. is_before(keys(:, k), keys(:, order(at - 1)))) exit
+            order(at) = order(at - 1)
+         end do
+         order(at) = k
+      end do
+
+   contains
+
+      !> Whether the first key that differs is the larger one.
+      pure logical function is_before(a, b)
+         real(dp), intent(in) :: a(:), b(:)
+         integer :: i
+         is_before = .false.
+         do i = 1, size(a)
+            if (abs(a(i) - b(i)) <= same*max(abs(a(i)), abs(b(i)))) cycle
+            is_before = a(i) > b(i)
+            return
+         end do
+      end function is_before
+   end function by_drive
 
    !> Extend a tip by a length, at an angle to the left of its direction; straight on, no new point is made.
    pure subroutine extend(self, number, length, angle)

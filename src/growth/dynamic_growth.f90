@@ -51,7 +51,7 @@ module hampm_dynamic_growth
 
 contains
 
-   !> Before a step: plan paths of tips that have reached the end of their plan.
+   !> Before a step: plan paths of tips that have reached the end of their plan, of the fastest first.
    subroutine plan_ways(growing, model, m, cracks, dt, message)
       type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
@@ -60,7 +60,7 @@ contains
       real(dp), intent(in) :: dt                 !! of the step [s]
       character(:), allocatable, intent(inout) :: message
       logical :: has_planned(size(cracks%tips))
-      integer :: k, law
+      integer :: order(size(cracks%tips)), i, k, law
       has_planned = .false.
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, k, m%state%time, dt)
@@ -78,9 +78,17 @@ contains
                      cracks%crack(tip%crack)%bonded(tip%end)) then
                cycle
             end if
-            call plan(growing, model, m, cracks, k, of, message)
-            has_planned(k) = .not. growing%points(k)%has_no_room
+            has_planned(k) = .true.
          end associate
+      end do
+      if (.not. any(has_planned)) return
+      order = cracks%by_drive([(max(prescribed_advance(model, cracks%tips(k)%crack, cracks%tips(k)%end, m%state%time, dt), &
+                                    growing%points(k)%speed*dt), k=1, size(order))])
+      do i = 1, size(order)
+         k = order(i)
+         if (.not. has_planned(k)) cycle
+         call plan(growing, model, m, cracks, k, model%growth(growing%points(k)%law), message)
+         has_planned(k) = .not. growing%points(k)%has_no_room
       end do
       do k = 1, size(cracks%tips)                ! with all that has been planned: domains know no order of tips
          if (.not. has_planned(k)) cycle

@@ -42,17 +42,20 @@ contains
       character(:), allocatable, intent(inout) :: message
       real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
       real(dp), dimension(size(values)) :: ratios !! G over its toughness, if the largest advances; else below 0
+      real(dp), dimension(size(values)) :: drive !! G over the sum of it and its toughness, of each tip [-]
       real(dp), dimension(size(values)) :: least !! way of a tip that turns [m]
       real(dp), dimension(size(values)) :: wanted !! way of each tip [m]
-      integer :: k, have_stopped
+      integer :: order(size(values)), i, k, have_stopped
       growing%points%advance = 0
       growing%points%has_come = .false.
+      drive = 0
       least = 0
       wanted = 0
       do k = 1, size(values)
          associate (tip => cracks%tips(k))
             ratios(k) = -1
             if (.not. growing%is_growing(k)) cycle
+            if (next(k)%rate > 0) drive(k) = next(k)%rate/(next(k)%rate + next(k)%toughness)
             associate (law => model%growth(growing%points(k)%law))
                if (law%only_largest .and. next(k)%hindrance == 0) ratios(k) = next(k)%rate/next(k)%toughness
                wanted(k) = law%increment
@@ -61,9 +64,11 @@ contains
          end associate
       end do
       if (growing%has_rates) wanted = advances_of(growing%fatigue, model, [(growing%is_growing(k), k=1, size(values))], least)
+      order = cracks%by_drive(drive)
       do
          have_stopped = count(growing%points%has_stopped .and. .not. growing%points%advance > 0)
-         do k = 1, size(values)
+         do i = 1, size(order)
+            k = order(i)
             if (growing%is_growing(k) .and. .not. growing%points(k)%advance > 0) call advance_where_due(k)
          end do
          if (count(growing%points%has_stopped .and. .not. growing%points%advance > 0) == have_stopped) exit ! or another leads

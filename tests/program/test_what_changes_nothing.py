@@ -290,3 +290,35 @@ def test_a_body_of_large_strain_stays_where_it_is_along_what_holds_it(hampm, req
     row = run(program, NOTHING_ALONG.format(**words))
     assert row["displacement_right_x"][-1] > 1e-4
     assert row["displacement_left_x"][-1] == pytest.approx(-row["displacement_right_x"][-1], rel=1e-6)
+
+
+TOWARDS = """&run end_time = {end} /
+&grid lower = 0.0, 0.0  cell = 0.03  cells = 18, 12 /
+&material name = 'm'  young = 1e4  poisson = 0.3  density = 2000.0 /
+&body material = 'm'  points_per_cell = 4  lower = 0.0, 0.0  upper = 0.54, 0.36 /
+{cracks}&constraint lower = 0.0, 0.0  upper = 0.54, 0.0  fix = 'xy' /
+&load kind = 'pressure'  lower = 0.0, 0.36  upper = 0.54, 0.36  pressure = -10.0 /
+&method time = {time} /
+&energy_release estimators = 'domain_integral' /
+"""
+FIRST = "&crack kind = 'path'  name = 'a'  points = 0.075, 0.1005, 0.1948, 0.1695 /\n"
+SECOND = "&crack kind = 'path'  name = 'b'  points = 0.2512, 0.1912, 0.3488, 0.2888 /\n"
+BY_SPEED = ("&growth law = 'prescribed'  direction = 'straight'  tips = 'last'  crack = 'a'  speed = 0.1 /\n"
+            "&growth law = 'prescribed'  direction = 'straight'  tips = 'first'  crack = 'b'  speed = 0.3 /\n")
+BY_TOUGHNESS = ("&growth law = 'quasi_static'  direction = 'straight'  tips = 'all'  crack = 'a'  toughness = 0.003  increment = 0.06 /\n"
+                "&growth law = 'quasi_static'  direction = 'straight'  tips = 'all'  crack = 'b'  toughness = 0.002  increment = 0.06 /\n")
+
+
+@pytest.mark.parametrize("growth, time, end", [(BY_SPEED, "'explicit'", 0.15), (BY_SPEED, "'implicit'  time_step = 0.015", 0.15), (BY_TOUGHNESS, "'static'  load_steps = 2", 1.0)],
+                         ids=["explicit", "implicit", "static"])
+def test_which_of_two_tips_takes_the_room_of_both_does_not_hang_on_their_order(hampm, growth, time, end):
+    """That which is driven most; the other one ends at its crack."""
+    forth, back = (run(hampm, TOWARDS.format(cracks=cracks + growth, time=time, end=end)) for cracks in (FIRST + SECOND, SECOND + FIRST))
+    ends = [name for name in forth if name.startswith(("tip_x", "tip_y", "tip_angle"))]
+    assert any(np.ptp(forth[name]) > 0 for name in ends)
+    for name in ends:
+        number = int(name.partition("_tip")[2].removeprefix("_tip") or 1) if "_tip" in name[3:] else 1
+        image = name.rpartition("_tip")[0] if number > 1 else name
+        other = (number + 1) % 4 + 1
+        image += f"_tip{other}" if other > 1 else ""
+        assert back[image][-1] == pytest.approx(forth[name][-1], rel=1e-6), name
