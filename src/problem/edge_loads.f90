@@ -246,7 +246,7 @@ contains
       real(dp), intent(out) :: at, along(ndim)
       real(dp), allocatable :: segments(:, :, :)
       real(dp) :: lower(ndim), edge
-      integer :: leaf, d, i
+      integer :: leaf, lines, d, i
       at = 1
       along = 0
       if (.not. any(abs(part%half) > 0)) return
@@ -254,10 +254,12 @@ contains
       if (leaf == outside) return
       lower = grid%forest%position(grid%forest%place_of(leaf))
       edge = grid%forest%size_of(leaf)
+      lines = per_cell
+      if (grid%is_transition(leaf) .and. .not. grid%is_quadratic()) lines = per_cell*(1 + modulo(per_cell, 2)) ! of quarters
       do d = 1, ndim
          if (abs(part%half(d)) <= least*edge) cycle
-         do i = 0, per_cell
-            call take((lower(d) + i*edge/per_cell - part%middle(d))/part%half(d), d)
+         do i = 0, lines
+            call take((lower(d) + i*edge/lines - part%middle(d))/part%half(d), d)
          end do
       end do
       if (ndim > 2 .or. .not. grid%cut_cells%are_there()) return

@@ -322,3 +322,27 @@ def test_which_of_two_tips_takes_the_room_of_both_does_not_hang_on_their_order(h
         other = (number + 1) % 4 + 1
         image += f"_tip{other}" if other > 1 else ""
         assert back[image][-1] == pytest.approx(forth[name][-1], rel=1e-6), name
+
+
+PRESSED_IN_PART = """&run end_time = 1.0 /
+&grid lower = -1e-3, {lower}{z}  cell = 1e-3  cells = 14, 14{n} /
+&material name = 'm'  law = 'neo_hookean'  young = 70e9  poisson = 0.4  density = 2700.0 /
+&body material = 'm'  points_per_cell = {points}  lower = 0.0, {bottom}{z}  upper = 12e-3, {top}{back} /
+&constraint lower = 0.0, {held}{z}  upper = 12e-3, {held}{back}  fix = 'xy{fix}' /
+&load kind = 'pressure'  pressure = -1.5e7  lower = 0.0, {first}{z}  upper = 0.0, {last}{back} /
+&method time = 'static'  load_steps = 2 /
+&refine indicator = 'gradient'  max_level = 1  field = 'energy_density' /
+"""
+UP = dict(lower="-1e-3", bottom="0.0", top="12e-3", held="0.0", first="5.5e-3", last="12e-3")
+DOWN = dict(lower="-13e-3", bottom="-12e-3", top="0.0", held="0.0", first="-12e-3", last="-5.5e-3")
+
+
+@pytest.mark.parametrize("points, solid", [(1, False), (3, False), pytest.param(1, True, marks=pytest.mark.verify)])
+def test_an_edge_pressed_in_part_turns_alike_in_a_mirror(hampm, request, points, solid):
+    """Cells beside finer ones are divided into quarters, each with particles of its own: parts of the edge end where these meet."""
+    program = request.getfixturevalue("hampm3d") if solid else hampm
+    words = dict(z=", 0.0", n=", 2", back=", 2e-3", fix="z") if solid else dict.fromkeys(("z", "n", "back", "fix"), "")
+    up, down = (run(program, PRESSED_IN_PART.format(points=points, **words, **scene)) for scene in (UP, DOWN))
+    assert up["cells"][-1] > 2 * 12 * 12
+    for name in ("strain_energy", "external_work"):
+        assert down[name][-1] == pytest.approx(up[name][-1], rel=1e-11), name
