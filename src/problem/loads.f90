@@ -190,7 +190,7 @@ contains
       type(load_t), intent(inout) :: loads(:)
       type(particles_t), intent(in) :: p
       real(dp), allocatable, intent(out) :: place(:, :) !! [m], (ndim, ends)
-      real(dp), parameter :: same = 1e-3_dp      ! of the distance between particles
+      real(dp), parameter :: same = 1e-7_dp      ! of the distance between particles
       type(place_table_t) :: table
       integer, allocatable :: met(:)             ! how many points have each end
       integer :: l, k, c, n, status

@@ -346,3 +346,20 @@ def test_an_edge_pressed_in_part_turns_alike_in_a_mirror(hampm, request, points,
     assert up["cells"][-1] > 2 * 12 * 12
     for name in ("strain_energy", "external_work"):
         assert down[name][-1] == pytest.approx(up[name][-1], rel=1e-11), name
+
+
+PRESSED_DISC = """&run end_time = 3e-7 /
+&grid lower = 0.0, {lower}  cell = 0.001  cells = 16, 15 /
+&material name = 'm'  young = 3e9  poisson = 0.0  density = 1200.0 /
+&body material = 'm'  points_per_cell = 2  shape = 'circle'  center = 0.0076917, {middle}  radius = 0.0039128 /
+&load kind = 'pressure'  pressure = 2.3e6  lower = 0.001, {lower}  upper = 0.0075, {upper} /
+&method time = 'explicit'  frame = 'updated' /
+"""
+
+
+def test_a_pressed_curve_turns_alike_in_a_mirror(hampm):
+    """Segments share the ends that are at one place, and no others: a short one beside a line of the grid has two."""
+    up, down = (run(hampm, PRESSED_DISC.format(lower=low, middle=middle, upper=high)) for low, middle, high in ((-0.003, 0.0045443, 0.012), (-0.012, -0.0045443, 0.003)))
+    assert up["strain_energy"][-1] > 0
+    for name in ("strain_energy", "kinetic_energy"):
+        assert down[name][-1] == pytest.approx(up[name][-1], rel=1e-11), name
