@@ -157,15 +157,20 @@ contains
       end associate
    end subroutine find_coupled_region
 
-   !> Lump the cells around some nodes.
+   !> Lump the cells around some nodes, but no quadratic ones that are cut: integrals of their functions may be below 0.
    subroutine lump_at(matrix, grid, nodes)
       type(mass_matrix_t), intent(inout) :: matrix
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: nodes(:)
-      integer :: k
+      integer, allocatable :: elements(:)
+      integer :: k, i
       if (.not. allocated(matrix%lumped_fraction)) return
       do k = 1, size(nodes)
-         associate (cells => matrix%cell_of(grid%dofs%elements_at(nodes(k))))
+         elements = grid%dofs%elements_at(nodes(k))
+         if (allocated(grid%correction)) &
+            elements = pack(elements, [(all(.not. abs(grid%correction(:, :, (elements(i) - 1)/matrix%quarters + 1)) > 0), &
+                                        i=1, size(elements))])
+         associate (cells => matrix%cell_of(elements))
             matrix%lumped_fraction(cells) = 1
             if (allocated(matrix%lumped_apart)) matrix%lumped_apart(cells) = 1
          end associate
