@@ -144,8 +144,8 @@ contains
       end associate
    end function beside_front
 
-   !> After a step, look whether a wave has arrived: it strains one of the cells at a tip, or along a front, several times as fast as
-   !> all before it. What moves there far less than all of the material about its mean is rounding, or runs ahead of waves in cells.
+   !> After a step, look whether a wave has arrived: it strains a cell at a tip, or along a front, several times as fast as
+   !> all before it. What moves there far less than the whole body about its mean is rounding, or runs ahead of waves in cells.
    pure subroutine look_for_arrival(problem, places, pace, arrival)
       type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: places(:, :)       !! in the cells [m], (ndim, places)
