@@ -1,11 +1,15 @@
 """Whether runs that choose their mesh by &accuracy reach the errors that are asked, and what they cost over the best mesh chosen by hand.
 
     .venv/bin/python bench/accuracy.py --seed 1 --cases 60 [--program build/release/hampm] [--targets 0.03,0.01] [--most 20] [--best] [--csv FILE]
+    .venv/bin/python bench/accuracy.py --solids --seed 1 --cases 40 [--program build/release3d/hampm3d]
 
 Models are those of the second opinion (tests/second_opinion), at rest, drawn at random without lattice, order and refinement. The truth is that of its finite elements, which share
 nothing with hampm. The quantity is the largest K_I or K_II of all tips. With --best the cheapest of all meshes of a table that keeps within the error asked,
 judged by the truth and by those finer than it, is found too; both costs are processor times of whole processes. Runs longer than --most seconds of the processor are stopped and count as
 missed. Models whose pins end at nodes of the lattice that is left out are not taken: they are others without it.
+
+With --solids models are boxes with one crack (solid_fronts.py), at rest. Their truth is the limit of three much finer meshes, and the quantity G_mean of the
+front. A target is asked where the truth is known to a quarter of it.
 """
 
 import argparse
@@ -19,6 +23,7 @@ from pathlib import Path
 import f90nml
 import numpy as np
 from program_runs import Program
+from solid_fronts import drawn_solid, truth_of_solid
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/second_opinion"))
@@ -28,6 +33,7 @@ from opinion_scene import Outside, read  # noqa: E402
 from trial import drawn  # noqa: E402
 
 TARGETS = (0.03, 0.01, 0.003, 0.001)
+SOLID_TARGETS = TARGETS[:2]
 QUANTITIES = ("K_I", "K_II")
 ORDER = 4
 FAMILIES = [(2, levels, 3) for levels in (0, 2, 4, 6, 8, 10)] + [(1, levels, 4) for levels in (0, 2, 4, 6, 8)]   # order, levels, rings
@@ -78,12 +84,14 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--cases", type=int, default=60)
     parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--program", type=Path, default=ROOT / "build/release/hampm")
+    parser.add_argument("--program", type=Path)
+    parser.add_argument("--solids", action="store_true")
     parser.add_argument("--targets", default=",".join(map(str, TARGETS)))
     parser.add_argument("--most", type=float, default=0.0)
     parser.add_argument("--best", action="store_true")
     parser.add_argument("--csv", type=Path)
     options = parser.parse_args()
+    options.program = options.program or ROOT / ("build/release3d/hampm3d" if options.solids else "build/release/hampm")
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
@@ -91,6 +99,9 @@ def main():
         targets = [float(error) for error in options.targets.split(",")]
         for number in range(options.first, options.first + options.cases):
             drawn_at = folder / "drawn.nml"
+            if options.solids:
+                rows += judged_solid(program, random.Random(f"{options.seed} {number}"), drawn_at, number)
+                continue
             if not drawn(random.Random(f"{options.seed} {number}"), drawn_at, options.program):
                 continue
             try:
@@ -118,6 +129,20 @@ def limited(program, most, folder):
     path.write_text(f'#!/bin/sh\nulimit -t {most:.0f}\nexec "{program.resolve()}" "$@"\n')
     path.chmod(0o755)
     return path
+
+
+def judged_solid(program, chance, path, number):
+    """The same of a solid."""
+    kind, text = drawn_solid(chance)
+    path.write_text(text + "&accuracy quantity = 'G_mean'  error = 0.99 /\n&refine indicator = 'tip'  rings = 4  max_level = 2 /\n")     # the coarsest lattice
+    explained = subprocess.run([program.path, "--explain", path], capture_output=True, text=True)
+    if explained.returncode:
+        print(f"{number} {kind}: {explained.stderr}")
+        return []
+    value, uncertainty, said = truth_of_solid(program, text, "G_mean", f90nml.reads(explained.stdout)["grid"])
+    print(f"{number} {kind}: {value:.6g}, known to {uncertainty / abs(value):.2%}, {said}", flush=True)
+    targets = [error for error in SOLID_TARGETS if uncertainty <= error / 4 * abs(value)]
+    return judged(program, f90nml.reads(text), path, number, "G_mean", value, False, targets)
 
 
 def judged(program, model, path, number, name, value, with_best, targets=TARGETS):

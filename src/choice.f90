@@ -40,7 +40,7 @@ module hampm_choice
       type(model_t) :: asked                     !! the model as it is given
       type(settings_t) :: written                !! its settings
       type(string_t), allocatable :: given(:)    !! overrides of the command line
-      type(string_t), allocatable :: overrides(:) !! those and the chosen ones
+      type(string_t), allocatable :: chosen(:)   !! chosen ones
       type(trials_t), allocatable :: trials(:)   !! by family
       type(lattices_t) :: lattices
       type(limits_t) :: limits
@@ -77,7 +77,7 @@ contains
       choice%path = path
       choice%text = text
       choice%given = overrides
-      choice%overrides = overrides
+      choice%chosen = [string_t ::]
       choice%asked = model
       choice%written = written
       if (size(model%accuracy) == 0) return
@@ -150,7 +150,8 @@ contains
             do level = trials%first%levels, merge(trials%first%levels, family%most_level, choice%limits%has_levels)
                trials%first%levels = level       ! cells have to be fine enough for growth
                refused = failure_t()
-               call understand_model(choice%path, choice%text, [choice%given, chosen(choice, family, trials%first)], trial, refused)
+               call understand_model(choice%path, choice%text, choice%given, trial, refused, &
+                                     chosen=chosen(choice, family, trials%first))
                trials%is_allowed = .not. refused%failed()
                if (trials%is_allowed) exit
             end do
@@ -196,8 +197,8 @@ contains
       type(failure_t), intent(inout) :: failure
       choice%family = family
       choice%mesh = mesh
-      choice%overrides = [choice%given, chosen(choice, choice%trials(family)%family, mesh)]
-      call understand_model(choice%path, choice%text, choice%overrides, model, failure)
+      choice%chosen = chosen(choice, choice%trials(family)%family, mesh)
+      call understand_model(choice%path, choice%text, choice%given, model, failure, chosen=choice%chosen)
    end subroutine take
 
    !> Run the pilots of a family. It is not allowed where the first one fails.
@@ -246,7 +247,7 @@ contains
       type(simulation_t) :: s
       real(dp) :: start, end
       call cpu_time(start)
-      call understand_model(choice%path, choice%text, [choice%given, chosen(choice, family, mesh)], trial, refused)
+      call understand_model(choice%path, choice%text, choice%given, trial, refused, chosen=chosen(choice, family, mesh))
       if (.not. refused%failed()) call build(trial, threads, s, refused)
       if (.not. refused%failed()) then
          pilot%particles = s%problem%particles%n

@@ -54,8 +54,8 @@ contains
       character, parameter :: nl = new_line('a')
       integer :: k, first, last, number
       text = model%as_used
-      do k = size(choice%given) + 1, size(choice%overrides)
-         associate (set => choice%overrides(k)%text)
+      do k = 1, size(choice%chosen)
+         associate (set => choice%chosen(k)%text)
             call split_instance(set(:index(set, '.') - 1), group, number)
             key = set(index(set, '.') + 1:index(set, '=') - 1)
          end associate

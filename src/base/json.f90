@@ -126,7 +126,7 @@ contains
    !> A message on a model as an item: `file` and `line` or `option`, `group`, `key`, `value` and `reason`, where known.
    pure function message_record(reason, location, group, key, value) result(json)
       character(*), intent(in) :: reason
-      character(*), intent(in) :: location       !! 'case.nml:12', 'case.nml' or '--set group.key=value'
+      character(*), intent(in) :: location       !! 'case.nml:12', 'case.nml', '--set group.key=value' or 'chosen for ...'
       character(*), intent(in) :: group, key, value
       character(:), allocatable :: json
       integer :: colon
@@ -134,7 +134,7 @@ contains
       if (colon > 0) then
          if (verify(location(colon + 1:), '0123456789') > 0 .or. colon == len(location)) colon = 0
       end if
-      if (index(location, '--') == 1) then
+      if (index(location, '--') == 1 .or. index(location, 'chosen for') == 1) then
          json = member('option', location)
       else if (colon > 0) then
          json = member('file', location(:colon - 1))//member('line', location(colon + 1:), raw=.true.)

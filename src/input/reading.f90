@@ -25,6 +25,8 @@ module hampm_reading
 
    real(dp), parameter :: most_factorised = merge(1.0e6_dp, 3.0e4_dp, ndim == 2) !! cells up to which `solver = 'auto'` factorises
 
+   character(*), parameter :: by_user = '--set ', by_choice = 'chosen for &accuracy, ' !! places of overrides, for messages
+
 contains
 
    !> Read a model. Every error in the file and in the overrides is reported, not only the first.
@@ -41,13 +43,14 @@ contains
    end subroutine read_model
 
    !> The model that a namelist text and overrides describe.
-   subroutine understand_model(path, text, overrides, model, failure, written)
+   subroutine understand_model(path, text, overrides, model, failure, written, chosen)
       character(*), intent(in) :: path             !! of the file that the text comes from, for messages
       character(*), intent(in) :: text
       type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win
       type(model_t), intent(out) :: model
       type(failure_t), intent(inout) :: failure
       type(settings_t), intent(out), optional :: written !! settings read, with their locations
+      type(string_t), intent(in), optional :: chosen(:) !! overrides that &accuracy has chosen
       type(settings_t) :: settings
       logical :: lacks_lattice                     ! which is to be chosen
       logical :: is_other                          ! than a model of this program
@@ -56,8 +59,13 @@ contains
       call scan_namelist(path, text, settings)
       call find_no_namelist(text, settings, is_other)
       do i = 1, size(overrides)
-         if (.not. is_other) call override(overrides(i)%text, settings)
+         if (.not. is_other) call override(overrides(i)%text, settings, by_user)
       end do
+      if (present(chosen)) then
+         do i = 1, size(chosen)
+            call override(chosen(i)%text, settings, by_choice)
+         end do
+      end if
       if (.not. is_other) call find_other_program(settings, is_other)
       if (is_other) then
          call settings%errors%tell(failure)
@@ -65,8 +73,8 @@ contains
          return
       end if
       lacks_lattice = settings%count_of('grid') == 0 .and. settings%count_of('accuracy') > 0
-      if (lacks_lattice) call override('grid.cell=1', settings)
-      if (lacks_lattice) call override('grid.cells='//repeat('1,', ndim - 1)//'1', settings)
+      if (lacks_lattice) call override('grid.cell=1', settings, by_choice)
+      if (lacks_lattice) call override('grid.cells='//repeat('1,', ndim - 1)//'1', settings, by_choice)
       call validate(settings)
       if (lacks_lattice) call lay_over_bodies(settings)
       call resolve(settings)
@@ -257,13 +265,14 @@ contains
 
    !> Apply one override, `group.key=value` or `group(2).key=value` for the second group of a name.
    !> A group that the file does not have is added.
-   pure subroutine override(text, settings)
+   pure subroutine override(text, settings, origin)
       character(*), intent(in) :: text
       type(settings_t), intent(inout) :: settings
+      character(*), intent(in) :: origin           !! `by_user` or `by_choice`
       character(:), allocatable :: source, name, message
       type(setting_t) :: setting
       integer :: equals, dot, group, key, instance, entry
-      source = '--set '//printable(text, 60)
+      source = origin//printable(text, 60)
       equals = index(text, '=')
       dot = index(text(:max(equals, 1)), '.')
       group = 0

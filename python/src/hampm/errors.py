@@ -24,7 +24,7 @@ class Message:
     """What hampm says of a model: where it stands, what it is about, and why.
 
     file, line    where it stands; line is None where there is none
-    option        the option of the command line, such as --set, in place of these
+    option        the option of the command line, such as --set, or the key that &accuracy has chosen, in place of these
     group, key    that it is about, '' where none is
     value         of the key, as it was written
     reason        what is wrong or to be known, and what would be right
