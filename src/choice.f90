@@ -3,7 +3,7 @@
 !> At rest in the plane the coarsest mesh runs first, then one with as many levels as the tips need, and then the cheapest one whose
 !> error is predicted to be small enough (`hampm_mesh_trials`); each run that falls short corrects the prediction. In motion, in
 !> solids, and where only other meshes tell an error, each family of meshes and steps that the rules allow has three coarse runs
-!> before, its pilots: on the coarsest lattice, with more levels around the tips, and on a finer lattice.
+!> before, its pilots: on the coarsest lattice, with more levels around the tips, and on a finer lattice. Pilots measure few rows.
 module hampm_choice
    use hampm_kinds, only: dp, ndim
    use hampm_asked_errors, only: no_value, worst_difference, worst_ratio
@@ -26,6 +26,7 @@ module hampm_choice
 
    real(dp), parameter :: ringing = 20           !! crossings of the model by waves from which modes and implicit steps may pay
    integer, parameter :: n_pilots = 3
+   integer, parameter :: most_rows = 200         !! of a pilot in motion
    real(dp), parameter :: worth = 0.3_dp         !! work of pilots of another family over that of the best so far, at most
    real(dp), parameter :: step_of_lattice = 1.5_dp !! number of the lattice of the second pilot over that of the first
    real(dp), parameter :: least_factor = 1.05_dp !! by which a run that falls short makes the prediction larger
@@ -60,11 +61,12 @@ contains
 
    !> Choose mesh and steps of a model that is known but for them. Where nothing is left to choose only its errors are compared with
    !> those asked, at its end.
-   subroutine choose(path, text, overrides, threads, is_without_run, model, written, choice, failure)
+   subroutine choose(path, text, overrides, threads, checks, explains, model, written, choice, failure)
       character(*), intent(in) :: path, text     !! of the namelist file
       type(string_t), intent(in) :: overrides(:) !! of the command line
       integer, intent(in) :: threads
-      logical, intent(in) :: is_without_run      !! whether the choice is wanted without a run
+      logical, intent(in) :: checks, explains    !! whether the choice is wanted without a run: as it is predicted, and with what
+                                                 !! other errors cost; or as a run would end
       type(model_t), intent(inout) :: model      !! as it is given; then with what is chosen
       type(settings_t), intent(in) :: written
       type(choice_t), intent(out) :: choice
@@ -73,7 +75,7 @@ contains
       type(pilot_t) :: pilot
       type(mesh_t) :: deeper
       real(dp) :: verdict                        ! error of the mesh over that asked, predicted where it has not been run [-]
-      logical :: goes
+      logical :: goes, judges                    ! whether runs are tried until one reaches the error, or comes nearest
       choice%path = path
       choice%text = text
       choice%given = overrides
@@ -95,10 +97,12 @@ contains
       call take(choice, choice%family, choice%trials(choice%family)%first, model, failure)
       if (failure%failed()) return
       associate (asked => choice%asked%accuracy)
-         if (.not. (is_without_run .or. any(asked%must .or. asked%most_time > 0 .or. asked%most_memory > 0))) return
+         judges = checks .or. any(asked%must .or. asked%most_time > 0 .or. asked%most_memory > 0)
       end associate
-      do                                         ! at rest to the mesh that a run ends with; in motion that is too long
-         call try(choice, choice%trials(choice%family)%family, choice%mesh, threads, pilot, refused)
+      judges = explains .or. judges .and. model%method%time == 'static' ! in motion that is too long
+      if (.not. (judges .or. choice%trials(choice%family)%compares)) return
+      do
+         call try(choice, choice%trials(choice%family)%family, choice%mesh, threads, judges .and. choice%tries > 0, pilot, refused)
          if (refused%failed()) then
             call failure%report(refused%code, refused%message, refused%records)
             return
@@ -106,14 +110,14 @@ contains
          goes = goes_on(choice, pilot, threads, model, failure)
          verdict = merge(choice%predicted, choice%reached, goes)
          if (failure%failed()) return
-         if (.not. goes .or. model%method%time /= 'static') exit
+         if (.not. (goes .and. judges)) exit
       end do
-      choice%is_judged = model%method%time == 'static'
+      choice%is_judged = judges .and. model%method%time == 'static'
       if (choice%is_judged) choice%predicted = choice%reached
       associate (trials => choice%trials(choice%family))
-         if (choice%is_judged .and. choice%tries == 1 .and. .not. choice%limits%has_levels) then ! for what other errors cost
+         if (checks .and. choice%is_judged .and. choice%tries == 1 .and. .not. choice%limits%has_levels) then ! for other errors
             deeper = mesh_t(trials%first%lattice, trials%deeper_levels(trials%error_of(trials%first)))
-            call try(choice, trials%family, deeper, threads, pilot, refused)
+            call try(choice, trials%family, deeper, threads, .false., pilot, refused)
             if (.not. refused%failed()) call trials%fit(choice%first, choice%first, pilot, trials%first, deeper)
          end if
       end associate
@@ -144,7 +148,7 @@ contains
             if (any(family%time == ['modal   ', 'implicit']) .and. crossings < ringing .and. &
                 any(choice%trials(:k)%is_allowed)) cycle
             trials%compares = family%time /= 'static' .or. .not. choice%lattices%fits
-            trials%rows = 1 + model%run%end_time/model%output%history_interval
+            trials%rows = rows_of(model)
             trials%steps = crossings*size_of/choice%lattices%cell_size(trials%first%lattice, family%order)
             if (family%order == 1 .and. any(choice%trials(:k)%is_allowed .and. choice%trials(:k)%family%time == family%time)) cycle
             do level = trials%first%levels, merge(trials%first%levels, family%most_level, choice%limits%has_levels)
@@ -212,7 +216,7 @@ contains
       type(pilot_t) :: first, finer, deeper
       type(failure_t) :: refused
       first = known
-      if (.not. is_known) call try(choice, trials%family, trials%first, threads, first, refused)
+      if (.not. is_known) call try(choice, trials%family, trials%first, threads, .false., first, refused)
       trials%is_allowed = .not. refused%failed()
       if (.not. trials%is_allowed) return
       finer_mesh = trials%first
@@ -220,14 +224,14 @@ contains
       deeper_mesh = trials%first
       if (.not. choice%limits%has_levels) deeper_mesh%levels = trials%first%levels + trials%family%level_step
       deeper = first
-      if (.not. choice%limits%has_levels) call try(choice, trials%family, deeper_mesh, threads, deeper, refused)
+      if (.not. choice%limits%has_levels) call try(choice, trials%family, deeper_mesh, threads, .false., deeper, refused)
       if (refused%failed()) then
          deeper_mesh = trials%first
          deeper = first
       end if
       finer = first
       if (.not. choice%limits%has_lattice .and. (trials%compares .or. deeper%error > aim)) &
-         call try(choice, trials%family, finer_mesh, threads, finer, refused)
+         call try(choice, trials%family, finer_mesh, threads, .false., finer, refused)
       if (refused%failed()) then
          finer_mesh = trials%first
          finer = first
@@ -236,18 +240,25 @@ contains
    end subroutine try_family
 
    !> Run a mesh of a family for its errors alone.
-   subroutine try(choice, family, mesh, threads, pilot, refused)
+   subroutine try(choice, family, mesh, threads, is_whole, pilot, refused)
       type(choice_t), intent(inout) :: choice
       type(family_t), intent(in) :: family
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: threads
+      logical, intent(in) :: is_whole            !! whether all rows are measured, as in a run
       type(pilot_t), intent(out) :: pilot
       type(failure_t), intent(out) :: refused
       type(model_t) :: trial
       type(simulation_t) :: s
+      type(string_t) :: few                      ! rows
       real(dp) :: start, end
       call cpu_time(start)
-      call understand_model(choice%path, choice%text, choice%given, trial, refused, chosen=chosen(choice, family, mesh))
+      few%text = 'output.history_interval='//to_text(max(choice%asked%output%history_interval, choice%asked%run%end_time/most_rows))
+      if (is_whole .or. family%time == 'static') then
+         call understand_model(choice%path, choice%text, choice%given, trial, refused, chosen=chosen(choice, family, mesh))
+      else
+         call understand_model(choice%path, choice%text, choice%given, trial, refused, chosen=[chosen(choice, family, mesh), few])
+      end if
       if (.not. refused%failed()) call build(trial, threads, s, refused)
       if (.not. refused%failed()) then
          pilot%particles = s%problem%particles%n
@@ -260,8 +271,15 @@ contains
       call cpu_time(end)
       pilot%seconds = end - start
       if (.not. refused%failed()) pilot%bytes = bytes_of(trial)
+      if (.not. refused%failed()) pilot%rows = rows_of(trial)
       choice%pilots = choice%pilots + pilot%seconds
    end subroutine try
+
+   !> Rows of the history of a model.
+   pure real(dp) function rows_of(model) result(rows)
+      type(model_t), intent(in) :: model
+      rows = 1 + model%run%end_time/model%output%history_interval
+   end function rows_of
 
    !> Memory of a model for each of its particles [bytes].
    real(dp) function bytes_of(model) result(bytes)
@@ -363,8 +381,8 @@ contains
       type(failure_t), intent(inout) :: failure
       fell_short = .false.
       if (.not. choice%is_open .or. failure%failed() .or. .not. allocated(s%asked)) return
-      fell_short = goes_on(choice, pilot_t(worst_ratio(s%asked), real(s%problem%particles%n, dp), seconds, bytes_of(model), &
-                                           s%asked), threads, model, failure)
+      fell_short = goes_on(choice, pilot_t(worst_ratio(s%asked), real(s%problem%particles%n, dp), rows_of(model), seconds, &
+                                           bytes_of(model), s%asked), threads, model, failure)
    end function fell_short
 
    !> After a run, for real or not: whether another mesh, which is then chosen, is better.
@@ -395,7 +413,7 @@ contains
          if (choice%tries == 2 .and. deepens) call trials%fit(choice%first, choice%first, pilot, trials%first, before)
          if (pilot%error <= 1 .and. .not. compares .or. pilot%error >= no_value .or. choice%tries > most_tries) return
          if (choice%tries > 2 .and. .not. compares .and. pilot%error > stalled*last) return
-         if (choice%tries == 1 .and. (compares .or. ndim == 3)) then
+         if (choice%tries == 1 .and. (compares .or. ndim == 3) .or. compares .and. .not. allocated(trials%values)) then
             call choose_by_pilots(choice, pilot, threads, model, failure)
          else if (choice%tries == 1 .and. deepens) then
             choice%predicted = aim

@@ -124,7 +124,7 @@ contains
          if (.not. (failure%failed() .or. options%check .or. options%explain)) &
             call refuse_old(model, folder_of(options), options%force, failure)
          if (.not. failure%failed()) &
-            call choose(options%input, text, options%overrides, options%threads, options%check .or. options%explain, model, &
+            call choose(options%input, text, options%overrides, options%threads, options%check, options%explain, model, &
                         written, choice, failure)
          if (options%explain .and. .not. failure%failed()) then
             call print_text(explained_model(choice, model), failure)
@@ -139,17 +139,18 @@ contains
       if (options%check) then
          if (options%json) then
             call print_text(check_json(model, simulation, resources, written, options%quiet, clock_start, &
-                                       choice_report(choice, model)), failure)
+                                       choice_report(choice, model, checks=.true.)), failure)
          else
             call print_text(check_report(model, simulation, resources, rest)// &
-                            with_prefix('! ', choice_report(choice, model)), failure)
+                            with_prefix('! ', choice_report(choice, model, checks=.true.)), failure)
             report = warnings(simulation)
             if (len(report) > 0) call print_message(report, kind='warning: ')
             if (.not. (options%quiet .or. failure%failed())) &
                call print_text(duration_report(measured_duration(simulation, resources%rows, clock_start)), failure)
          end if
       else
-         if (choice%pilots > 0 .and. .not. options%quiet) write (output_unit, '(a)', advance='no') choice_report(choice, model)
+         if (choice%pilots > 0 .and. .not. options%quiet) write (output_unit, '(a)', advance='no') &
+            choice_report(choice, model, checks=.false.)
          do
             call start_run(options, simulation, failure)
             call cpu_time(now)
@@ -158,7 +159,7 @@ contains
             call cpu_time(start)
             call build(model, options%threads, simulation, failure)
             if (failure%failed()) exit
-            if (.not. options%quiet) write (output_unit, '(a)', advance='no') choice_report(choice, model)
+            if (.not. options%quiet) write (output_unit, '(a)', advance='no') choice_report(choice, model, checks=.false.)
          end do
          call report_run(options, simulation, failure)
          call tell_accuracy(simulation, choice, options%quiet, failure)

@@ -31,6 +31,7 @@ module hampm_mesh_trials
    type :: pilot_t
       real(dp) :: error = no_value               !! over that asked [-]
       real(dp) :: particles = 0
+      real(dp) :: rows = 1                       !! of its history
       real(dp) :: seconds = 0                    !! of its processor [s]
       real(dp) :: bytes = 0                      !! of memory for each particle
       type(asked_error_t), allocatable :: values(:) !! that it has found
@@ -89,9 +90,10 @@ contains
    end function particles_of
 
    !> Work of a mesh, in particles of an explicit step [-].
-   pure real(dp) function work_of(self, mesh) result(work)
+   pure real(dp) function work_of(self, mesh, rows) result(work)
       class(trials_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
+      real(dp), intent(in), optional :: rows     !! of the history, if not those of the run
       real(dp) :: n, h
       h = real(self%first%lattice, dp)/mesh%lattice
       n = max(self%particles_of(mesh), 2.0_dp)
@@ -103,7 +105,11 @@ contains
        case default
          work = self%family%work*n*self%steps/h
       end select
-      work = work + of_row*n*self%rows
+      if (present(rows)) then
+         work = work + of_row*n*rows
+      else
+         work = work + of_row*n*self%rows
+      end if
    end function work_of
 
    !> Levels with which the error of the first mesh is small enough where it is all of the cells at the tips.
@@ -176,7 +182,9 @@ contains
             trials%particles = max(1.0_dp, first%particles - trials%of_level*2.0_dp**first_levels)
          end if
       end associate
-      trials%seconds = first%seconds/trials%work_of(trials%first)
+      trials%seconds = (first%seconds + finer%seconds + deeper%seconds)/ &
+                       (trials%work_of(trials%first, first%rows) + trials%work_of(finer_mesh, finer%rows) + &
+                        trials%work_of(deeper_mesh, deeper%rows))
    end subroutine fit
 
    !> The cheapest mesh of a family whose predicted error is small enough, or the one with the least error within the limits.

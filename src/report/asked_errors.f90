@@ -138,16 +138,23 @@ contains
       if (self%value > 0) estimated = self%error/self%value
    end function estimated
 
-   !> The difference of the values of two runs, as part of the value of the second [-]. Values between rows are those of a line.
+   !> The difference of the values of two runs, as part of the value of the second [-], in all rows of the one that has fewer.
    pure real(dp) function difference(a, b)
+      type(asked_error_t), intent(in) :: a, b
+      difference = no_value
+      if (.not. b%value > 0) return
+      difference = abs(a%value - b%value)
+      if (b%keys%at == 'all' .and. a%n <= b%n) difference = largest_gap(a, b)
+      if (b%keys%at == 'all' .and. a%n > b%n) difference = largest_gap(b, a)
+      difference = difference/b%value
+   end function difference
+
+   !> The largest difference of the values of two runs in the rows of the first. Values between rows are those of a line.
+   pure real(dp) function largest_gap(a, b) result(gap)
       type(asked_error_t), intent(in) :: a, b
       real(dp) :: part
       integer :: i, j
-      difference = no_value
-      if (.not. b%value > 0) return
-      difference = abs(a%value - b%value)/b%value
-      if (b%keys%at /= 'all') return
-      difference = 0
+      gap = 0
       j = 1
       do i = 1, a%n
          do while (j < b%n - 1 .and. b%times(min(j + 1, b%n)) < a%times(i))
@@ -156,9 +163,9 @@ contains
          if (j == b%n) exit
          part = min(max(a%times(i) - b%times(j), 0.0_dp), b%times(j + 1) - b%times(j))
          if (part > 0) part = part/(b%times(j + 1) - b%times(j))
-         difference = max(difference, abs(a%values(i) - (1 - part)*b%values(j) - part*b%values(j + 1))/b%value)
+         gap = max(gap, abs(a%values(i) - (1 - part)*b%values(j) - part*b%values(j + 1)))
       end do
-   end function difference
+   end function largest_gap
 
    !> The largest difference of two runs over the errors asked [-].
    pure real(dp) function worst_difference(a, b) result(ratio)
