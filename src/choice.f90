@@ -133,6 +133,7 @@ contains
       type(failure_t) :: refused
       type(model_t) :: trial
       real(dp) :: size_of, crossings             ! of the model [m], by waves until the end
+      real(dp) :: least_work
       integer :: k, level
       size_of = maxval(choice%lattices%upper - choice%lattices%lower)
       crossings = choice%asked%run%end_time*largest_wave_speed(materials_of(choice%asked), 'dilatational')/size_of
@@ -162,6 +163,17 @@ contains
          end associate
       end do
       choice%family = findloc(choice%trials%is_allowed, .true., dim=1)
+      least_work = huge(least_work)
+      do k = 1, size(families)                   ! first that whose coarsest run is the cheapest
+         if (.not. choice%trials(k)%is_allowed) cycle
+         associate (trials => choice%trials(k))
+            trials%particles = product((choice%lattices%upper - choice%lattices%lower)* &
+                                       families(k)%points_per_cell/choice%lattices%cell_size(trials%first%lattice))
+            if (.not. trials%work_of(trials%first) < least_work) cycle
+            least_work = trials%work_of(trials%first)
+            choice%family = k
+         end associate
+      end do
       if (choice%family == 0) call failure%report(refused%code, refused%message, refused%records)
    end subroutine find_families
 
@@ -174,17 +186,18 @@ contains
       type(failure_t), intent(inout) :: failure
       type(mesh_t) :: mesh
       real(dp) :: work, least_work, error
-      integer :: k
+      integer :: i, k
       least_work = huge(least_work)
-      do k = 1, size(choice%trials)
-         if (.not. choice%trials(k)%is_allowed) cycle
-         if (k /= choice%family) then            ! as many cells as in the first pilot
+      do i = 0, size(choice%trials)              ! the family of that run first
+         k = merge(choice%family, i, i == 0)
+         if (i == choice%family .or. .not. choice%trials(k)%is_allowed) cycle
+         if (i > 0) then                         ! as many cells as in the first pilot
             choice%trials(k)%particles = first%particles*(real(choice%trials(k)%family%points_per_cell, dp)/ &
                                                           choice%trials(choice%family)%family%points_per_cell)**ndim
             choice%trials(k)%is_allowed = n_pilots*choice%trials(k)%work_of(choice%trials(k)%first) < worth*least_work
             if (.not. choice%trials(k)%is_allowed) cycle
          end if
-         call try_family(choice, choice%trials(k), k == choice%family, first, threads)
+         call try_family(choice, choice%trials(k), i == 0, first, threads)
          if (.not. choice%trials(k)%is_allowed) cycle
          call choice%trials(k)%find_cheapest(choice%limits, mesh, work, error)
          if (error <= 1) least_work = min(least_work, work)
