@@ -134,7 +134,7 @@ contains
       type(model_t) :: trial
       real(dp) :: size_of, crossings             ! of the model [m], by waves until the end
       real(dp) :: least_work
-      integer :: k, level
+      integer :: k, i, level
       size_of = maxval(choice%lattices%upper - choice%lattices%lower)
       crossings = choice%asked%run%end_time*largest_wave_speed(materials_of(choice%asked), 'dilatational')/size_of
       allocate (choice%trials(size(families)))
@@ -148,7 +148,8 @@ contains
             if (written%given(written%find('grid', 1), 'order') .and. family%order /= model%grid%order) cycle
             if (any(family%time == ['modal   ', 'implicit']) .and. crossings < ringing .and. &
                 any(choice%trials(:k)%is_allowed)) cycle
-            trials%compares = family%time /= 'static' .or. .not. choice%lattices%fits
+            trials%compares = family%time /= 'static' .or. .not. choice%lattices%fits .or. &
+                              any([(any(model%planes(i)%front == ['straight', 'polygon ']), i=1, size(model%planes))])
             trials%rows = rows_of(model)
             trials%steps = crossings*size_of/choice%lattices%cell_size(trials%first%lattice, family%order)
             if (family%order == 1 .and. any(choice%trials(:k)%is_allowed .and. choice%trials(:k)%family%time == family%time)) cycle

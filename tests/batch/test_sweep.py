@@ -44,6 +44,12 @@ def test_a_list_stands_beside_the_product(declared):
                                {"body(1).velocity": "1,-2"}]
 
 
+def test_an_error_is_asked_of_all_cases(declared):
+    """As a group of its own; cases may ask for less."""
+    sweep = declared("accuracy: {K_I: 0.01}\nproduct: {crack.tip: [[1, 0], [2, 0]]}\ncases: [{accuracy.error: 0.1}]")
+    assert [(case["accuracy.quantity"], case["accuracy.error"]) for case in settings(sweep)] == [("K_I", "0.01"), ("K_I", "0.01"), ("K_I", "0.1")]
+
+
 def test_values_are_taken_as_they_are_written(declared):
     """YAML would make numbers and truth values of them."""
     sweep = declared("cases:\n- {run.title: no, run.end_time: 1.50e-3, grid.cells: 010}")
@@ -139,6 +145,8 @@ MISTAKES = {
     "columns": ("cases: [{method.mass: consistent}]\ncolumns: [[J]]", ":4: columns: a list of names is needed"),
     "set": ("product: {grid.cell: [1]}\nset: [1]", ":4: set: keys with values are needed"),
     "key of set": ("product: {grid.cell: [1]}\nset: {grid.cel: 1}", ":4: 'grid.cel': &grid has no key 'cel'"),
+    "errors of two columns": ("accuracy: {K_I: 0.1, J: 0.1}\nproduct: {grid.cell: [1]}", ":3: accuracy: a column with its error is needed, such as"),
+    "no error": ("accuracy: K_I\nproduct: {grid.cell: [1]}", ":3: accuracy: a column with its error is needed, such as"),
     "own name": ("product: {$1: [1]}", ":3: '$1': a name of one's own is $ and letters"),
     "no such name": ("product: {grid.cell: ['${n}']}", ":3: grid.cell: ${n}: the case has no $n; it has grid.cell"),
     "depends on itself": ("product: {$n: ['${m}'], $m: ['${n}'], grid.cell: [1]}", ":3: $n: ${m}: ${n}: $n depends on itself"),

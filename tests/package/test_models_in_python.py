@@ -177,3 +177,12 @@ def test_an_error_is_asked(plate, tmp_path):
     assert len(plate.accuracy) == 0
     with pytest.raises(package.ComputationError, match="not reached"):
         package.run(plate, output=tmp_path, progress=False, accuracy={"K_I": 1e-12})
+
+
+def test_an_error_is_asked_of_a_sweep(plate, tmp_path):
+    """Each case has cells of its own; the group is part of the model, and cases may set its keys."""
+    del plate.grid
+    sweep = package.Sweep(plate, {"accuracy.error": [0.05, 0.002]}, output=tmp_path, accuracy={"K_I": 0.01}).run(jobs=1, progress=False)
+    assert not sweep.failures
+    for settings, history in zip(sweep.cases.values(), sweep.histories().values(), strict=True):
+        assert history["K_I_error"][-1] <= settings["accuracy.error"] * abs(history["K_I"][-1])

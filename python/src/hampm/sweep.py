@@ -40,15 +40,17 @@ class Sweep:
     has ended is not run again, one that was stopped goes on. Cases, folders and what is written there are those of the batches of `batch/`
     (docs/how-to/batches.md), which run thousands of cases, also on clusters.
 
-    scene     the model
+    scene     the model, with what `accuracy` asks, as in `hampm.run`
     cases     name -> {key: value}
     output    folder of the results
     declared  the same as `batch/` has it
     """
 
     def __init__(self, scene: Scene | str | Path, values: Mapping[Any, Any] | Sequence[Mapping[str, Any]], output: str | Path,
-                 program: str | Path | None = None):
+                 program: str | Path | None = None, accuracy: Mapping[str, float] | None = None):
         self.scene = scene.copy() if isinstance(scene, Scene) else Scene(scene, program=program)
+        if accuracy:
+            self.scene = self.scene.with_accuracy(accuracy)
         self.output, self.program = Path(output).resolve(), program or self.scene.program
         given = [{key: plain(value) for key, value in settings.items()} for settings in (_combined(values) if isinstance(values, Mapping) else values)]
         texts: list[dict[str, str]] = []

@@ -14,6 +14,7 @@ A sweep is a YAML file; docs/how-to/batches.md explains its keys:
       - {method.scheme: usl, method.courant: 0.05}
     set:                              of all cases; '${...}' is arithmetic with numbers, names and keys of the case
       load.ramp_time: ${1e-4 * n}
+    accuracy: {K_I: 0.01}             an error that is asked of a column, of all cases: &accuracy
     columns: [G_vcct_I, J]            of the history, for the table: last values; default: all
     derived:                          further columns of the table
       t_start: first time K_I > 1e6
@@ -45,7 +46,7 @@ from .arithmetic import EXPRESSION, ExpressionError, substitute
 from .case import identity, record_of
 from .derived import NAME, mistake
 
-KEYS = ("namelist", "output", "product", "cases", "set", "columns", "derived", "mean", "threads", "memory", "runtime", "checkpoint")
+KEYS = ("namelist", "output", "product", "cases", "set", "accuracy", "columns", "derived", "mean", "threads", "memory", "runtime", "checkpoint")
 MOST_CASES = 100_000
 WRITTEN = "table.csv", "table.h5", "progress"  # files in the folder of a sweep
 OWN_KEY = "output.file"  # the runs of a sweep name their results themselves
@@ -264,7 +265,7 @@ class Reader:
     def cases(self) -> tuple[dict[str, dict[str, str]], dict[str, dict[str, str]], tuple[str, ...]]:
         """Name -> settings and name -> own names of all cases, the product's first; and what varies."""
         count = len(self.mistakes)
-        common = self.settings("set", self.items.get("set", {}))
+        common = self.accuracy() | self.settings("set", self.items.get("set", {}))
         found, seen = [], set()
         for line, declared in [*self.combined(), *self.listed()]:
             values = self.computed(declared | {key: value for key, value in common.items() if key not in declared}, line)
@@ -277,6 +278,15 @@ class Reader:
         if not found and len(self.mistakes) == count:
             self.note(None, "there are no cases: 'product' or 'cases' is needed")
         return named(found)
+
+    def accuracy(self) -> dict[str, str]:
+        """The error that is asked of a column as settings of all cases."""
+        items = self.items.get("accuracy", {})
+        if "accuracy" in self.items and (not isinstance(items, dict) or len(items) != 1):
+            self.note(self.label("accuracy"), "accuracy: a column with its error is needed, such as 'accuracy: {K_I: 0.01}'; groups &accuracy of the "
+                                              "namelist ask for more than one")
+            return {}
+        return {self.key(key, key): self.value(key, value, name) for name, error in items.items() for key, value in (("accuracy.quantity", name), ("accuracy.error", error))}
 
     def settings(self, where: str, items: Any) -> dict[str, str]:
         """Keys and own names with their values as texts, of a case or of all."""
