@@ -260,6 +260,7 @@ tradeoff:  ## measure accuracy against cost for every kind of setting and write 
 	@tools/setup.sh test
 	@$(MAKE) $(parallel) program
 	$(PYTHON) bench/tradeoff.py --output results/tradeoff --document 1
+	$(PYTHON) bench/accuracy.py --fit
 	tools/figures.sh $(O)/hampm $(PYTHON) --docs tradeoff
 
 setup:  ## install what is missing: compiler, libraries, Python environment

@@ -1,6 +1,7 @@
 """Whether runs that choose their mesh by &accuracy reach the errors that are asked, and what they cost over the best mesh chosen by hand.
 
     .venv/bin/python bench/accuracy.py --seed 1 --cases 60 [--program build/release/hampm] [--targets 0.03,0.01] [--most 20] [--best] [--csv FILE]
+    .venv/bin/python bench/accuracy.py --fit [--solids]
     .venv/bin/python bench/accuracy.py --solids --seed 1 --cases 40 [--program build/release3d/hampm3d]
 
 Models are those of the second opinion (tests/second_opinion), at rest, drawn at random without lattice, order and refinement. The truth is that of its finite elements, which share
@@ -10,6 +11,9 @@ missed. Models whose pins end at nodes of the lattice that is left out are not t
 
 With --solids models are boxes with one crack (solid_fronts.py), at rest. Their truth is the limit of three much finer meshes, and the quantity G_mean of the
 front. A target is asked where the truth is known to a quarter of it.
+
+With --fit the constants of work of src/accuracy/families.f90 and mesh_trials.f90 are measured: what a particle costs in runs of a beam whose cells are halved
+and whose rows are ten times as many, over what it costs in an explicit step of bilinear cells, which is 1.5 by definition.
 """
 
 import argparse
@@ -90,6 +94,7 @@ def main():
     parser.add_argument("--most", type=float, default=0.0)
     parser.add_argument("--best", action="store_true")
     parser.add_argument("--csv", type=Path)
+    parser.add_argument("--fit", action="store_true")
     options = parser.parse_args()
     options.program = options.program or ROOT / ("build/release3d/hampm3d" if options.solids else "build/release/hampm")
     rows = []
@@ -97,6 +102,9 @@ def main():
         folder = Path(folder)
         program = Program(limited(options.program, options.most, folder) if options.most else options.program, folder)
         targets = [float(error) for error in options.targets.split(",")]
+        if options.fit:
+            fit(program, 3 if options.solids else 2)
+            return
         for number in range(options.first, options.first + options.cases):
             drawn_at = folder / "drawn.nml"
             if options.solids:
@@ -129,6 +137,62 @@ def limited(program, most, folder):
     path.write_text(f'#!/bin/sh\nulimit -t {most:.0f}\nexec "{program.resolve()}" "$@"\n')
     path.chmod(0o755)
     return path
+
+
+BEAM = """&run plane = 'stress'  thickness = 0.01  end_time = {end} /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700.0 /
+&body material = 'a'  lower = {zero}  upper = {upper}  points_per_cell = {points} /
+&constraint lower = 0.05, 0.0{side}  upper = 0.1, 0.0{width}  fix = 'y' /
+&load kind = 'traction'  lower = {zero}  upper = 0.0, 0.01{width}  force = 0.0, 1.0{side} /
+&crack kind = 'symmetry'  {normal}  tip = 0.05, 0.0{side} /
+&energy_release estimators = 'domain_integral' /
+&method time = '{time}' /
+&refine indicator = 'tip'  max_level = 1  rings = {rings} /
+&grid lower = {lower}  cell = {cell}  cells = {cells}  order = {order} /
+&output file = 'run.h5'  history_interval = {interval} /
+"""
+RUNS = {"static": (10, 20, 1.0), "explicit": (6, 12, 1e-4), "modal": (4, 8, 1e-3), "implicit": (4, 8, 1e-4)}    # cells in the height of the beam, end
+
+
+def fit(program, dim):
+    """Prints what a particle costs by family, and in a row of the history."""
+    found, rows = {}, []
+    for time, (coarse, fine, end) in RUNS.items():
+        for order in (1, 2):
+            try:
+                small, large, many = (cost(program, dim, time, order, cells // (dim - 1), end, samples)
+                                      for cells, samples in ((coarse, 10), (fine, 10), (fine, 10 if time == "static" else 100)))
+            except Refused as refused:
+                print(f"{time}, order {order}: {refused}")
+                continue
+            if time != "static":
+                rows.append((many[0] - large[0]) / (90 * many[1]))
+            found[time, order] = (large[0] - small[0]) / (large[2] - small[2])
+            print(f"{time}, order {order}: {small[0]:.3f}, {large[0]:.3f} and {many[0]:.3f} s", flush=True)
+    unit = found["explicit", 1] / 1.5
+    print("\n| steps | order | work |\n|---|---|---|")
+    for (time, order), of_particle in found.items():
+        print(f"| {time} | {order} | {of_particle / unit:.2g} |")
+    print(f"| a row | | {np.median(rows) / unit:.2g} |\n\nthe unit is {unit * 1e6:.2g} us here")
+
+
+class Refused(Exception):
+    """The program does not take a model."""
+
+
+def cost(program, dim, time, order, cells, end, samples):
+    """Seconds of a run, its particles, and its work by the formula of mesh_trials.f90 without the constant."""
+    solid, h = dim == 3, 0.01 / cells
+    text = BEAM.format(end=end, points=order + 1, time=time, rings=5 - order, cell=h, order=order, interval=end / samples, zero=", ".join(["0.0"] * dim),
+                       upper="0.1, 0.01" + ", 0.01" * solid, side=", 0.0" * solid, width=", 0.01" * solid, normal="normal = 'y'" if solid else "",
+                       lower=", ".join([repr(-h)] * dim), cells=", ".join(map(str, [10 * cells + 2] + [cells + 2] * (dim - 1))))
+    if time == "implicit":
+        text = text.replace("'implicit'", f"'implicit'  time_step = {h / 5908}")
+    run = program(text, codes=(0, 2), turns=3)
+    if run.code:
+        raise Refused(run.message.splitlines()[0])
+    n, steps = run.last["particles"], end * 5908 / h     # of a dilatational wave
+    return run.seconds, n, n * {"explicit": 2 * steps, "implicit": steps}.get(time, np.log(n) * n ** ((dim - 2) / 3))
 
 
 def judged_solid(program, chance, path, number):

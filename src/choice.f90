@@ -27,7 +27,7 @@ module hampm_choice
    real(dp), parameter :: ringing = 20           !! crossings of the model by waves from which modes and implicit steps may pay
    integer, parameter :: n_pilots = 3
    integer, parameter :: most_rows = 200         !! of a pilot in motion
-   real(dp), parameter :: worth = 0.3_dp         !! work of pilots of another family over that of the best so far, at most
+   real(dp), parameter :: worth = 0.15_dp        !! work of pilots of another family over that of the best so far, at most
    real(dp), parameter :: step_of_lattice = 1.5_dp !! number of the lattice of the second pilot over that of the first
    real(dp), parameter :: least_factor = 1.05_dp !! by which a run that falls short makes the prediction larger
    real(dp), parameter :: least_predicted = 1e-9_dp !! of predicted errors and differences that are compared [-]
@@ -110,7 +110,7 @@ contains
          goes = goes_on(choice, pilot, threads, model, failure)
          verdict = merge(choice%predicted, choice%reached, goes)
          if (failure%failed()) return
-         if (.not. (goes .and. judges)) exit
+         if (.not. judges .or. .not. goes .and. (choice%tries > 1 .or. .not. choice%trials(choice%family)%compares)) exit
       end do
       choice%is_judged = judges .and. model%method%time == 'static'
       if (choice%is_judged) choice%predicted = choice%reached
@@ -134,6 +134,7 @@ contains
       type(model_t) :: trial
       real(dp) :: size_of, crossings             ! of the model [m], by waves until the end
       real(dp) :: least_work
+      type(mesh_t) :: finer
       integer :: k, i, level
       size_of = maxval(choice%lattices%upper - choice%lattices%lower)
       crossings = choice%asked%run%end_time*largest_wave_speed(materials_of(choice%asked), 'dilatational')/size_of
@@ -165,13 +166,14 @@ contains
       end do
       choice%family = findloc(choice%trials%is_allowed, .true., dim=1)
       least_work = huge(least_work)
-      do k = 1, size(families)                   ! first that whose coarsest run is the cheapest
+      do k = 1, size(families)                   ! first that which a finer mesh costs least in
          if (.not. choice%trials(k)%is_allowed) cycle
          associate (trials => choice%trials(k))
             trials%particles = product((choice%lattices%upper - choice%lattices%lower)* &
                                        families(k)%points_per_cell/choice%lattices%cell_size(trials%first%lattice))
-            if (.not. trials%work_of(trials%first) < least_work) cycle
-            least_work = trials%work_of(trials%first)
+            finer = mesh_t(2*trials%first%lattice, trials%first%levels + 3*families(k)%level_step)
+            if (.not. trials%work_of(finer) < least_work) cycle
+            least_work = trials%work_of(finer)
             choice%family = k
          end associate
       end do
@@ -187,7 +189,9 @@ contains
       type(failure_t), intent(inout) :: failure
       type(mesh_t) :: mesh
       real(dp) :: work, least_work, error
+      real(dp) :: few_rows                       ! of pilots
       integer :: i, k
+      few_rows = min(rows_of(choice%asked), real(most_rows + 1, dp))
       least_work = huge(least_work)
       do i = 0, size(choice%trials)              ! the family of that run first
          k = merge(choice%family, i, i == 0)
@@ -195,7 +199,8 @@ contains
          if (i > 0) then                         ! as many cells as in the first pilot
             choice%trials(k)%particles = first%particles*(real(choice%trials(k)%family%points_per_cell, dp)/ &
                                                           choice%trials(choice%family)%family%points_per_cell)**ndim
-            choice%trials(k)%is_allowed = n_pilots*choice%trials(k)%work_of(choice%trials(k)%first) < worth*least_work
+            choice%trials(k)%is_allowed = n_pilots*choice%trials(k)%work_of(choice%trials(k)%first, rows=few_rows) < &
+                                          worth*least_work
             if (.not. choice%trials(k)%is_allowed) cycle
          end if
          call try_family(choice, choice%trials(k), i == 0, first, threads)
@@ -437,7 +442,7 @@ contains
          else
             factor = max(pilot%error/max(choice%predicted, least_predicted), least_factor)
             if (compares) then                   ! what it differs by from the last run, beside what it was to differ by
-               gained = trials%error_of(trials%compared) - trials%error_of(choice%mesh)
+               gained = abs(trials%error_of(trials%compared) - trials%error_of(choice%mesh))
                factor = worst_difference(trials%values, pilot%values)/max(gained, least_predicted)
                choice%reached = max(pilot%error, factor*choice%predicted)
                factor = max(factor, least_factor)

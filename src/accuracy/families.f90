@@ -1,5 +1,5 @@
 !> The families of meshes and steps among which a run that is to reach an error chooses: those on the fronts of
-!> docs/evidence/tradeoff.md, of accuracy over cost.
+!> docs/evidence/tradeoff.md, of accuracy over cost. Their work is measured by bench/accuracy.py --fit, which `make tradeoff` runs.
 module hampm_families
    use hampm_kinds, only: dp, ndim
    implicit none
@@ -16,17 +16,17 @@ module hampm_families
       integer :: first_level, level_step, most_level !! of this
       real(dp) :: work                           !! at rest and for modes of each particle, times the logarithm of their number;
                                                  !! in steps of each of them, a step being that of a wave through a root cell;
-                                                 !! in units of some 0.1 us
+                                                 !! that of bilinear cells in explicit steps is 1.5
    end type family_t
 
    logical, parameter :: plane = ndim == 2
 
    type(family_t), parameter :: families(*) = [ &
-      family_t('quadratic cells', 'static', 2, 3, 3, merge(0, 1, plane), 1, merge(14, 3, plane), 7.0_dp), &
-      family_t('bilinear cells', 'static', 1, 2, 4, merge(0, 1, plane), 1, merge(14, 3, plane), 5.0_dp), &
+      family_t('quadratic cells', 'static', 2, 3, 3, merge(0, 1, plane), 1, merge(14, 3, plane), 130.0_dp), &
+      family_t('bilinear cells', 'static', 1, 2, 4, merge(0, 1, plane), 1, merge(14, 3, plane), 63.0_dp), &
       family_t('bilinear cells', 'explicit', 1, 2, 4, 0, 1, merge(4, 2, plane), 1.5_dp), &
-      family_t('quadratic cells', 'modal', 2, 3, 3, merge(2, 0, plane), 1, merge(8, 2, plane), 60.0_dp), &
-      family_t('bilinear cells', 'modal', 1, 2, 4, 0, 1, merge(8, 2, plane), 60.0_dp), &
-      family_t('quadratic cells', 'implicit', 2, 3, 3, merge(2, 0, plane), 1, merge(8, 2, plane), 3.0_dp), &
-      family_t('bilinear cells', 'implicit', 1, 2, 4, 0, 1, merge(8, 2, plane), 3.0_dp)]
+      family_t('quadratic cells', 'modal', 2, 3, 3, merge(2, 0, plane), 1, merge(8, 2, plane), 420.0_dp), &
+      family_t('bilinear cells', 'modal', 1, 2, 4, 0, 1, merge(8, 2, plane), 190.0_dp), &
+      family_t('quadratic cells', 'implicit', 2, 3, 3, merge(2, 0, plane), 1, merge(8, 2, plane), 38.0_dp), &
+      family_t('bilinear cells', 'implicit', 1, 2, 4, 0, 1, merge(8, 2, plane), 13.0_dp)]
 end module hampm_families

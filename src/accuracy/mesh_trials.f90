@@ -14,7 +14,7 @@ module hampm_mesh_trials
 
    real(dp), parameter :: aim = 0.8_dp           !! part of the asked error at which a choice aims
    real(dp), parameter :: patience = 20          !! work of a mesh over that of the first where none reaches the error
-   real(dp), parameter :: of_row = 1.5_dp        !! work of a row of the history for each particle
+   real(dp), parameter :: of_row = 9.0_dp        !! work of a row of the history for each particle, as in `hampm_families`
    real(dp), parameter :: least_order = 0.5_dp, most_order = 6, usual_order = 2 !! of the error away from the tips in the cell
    real(dp), parameter :: least_part = 1e-3_dp   !! of the cells away from the tips in an error
    integer, parameter :: order_of_differences = 1 !! in the cell, of errors that only other meshes tell, at least

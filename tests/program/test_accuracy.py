@@ -82,7 +82,7 @@ def test_what_is_given_stays(hampm):
 
 def vibration(error, keys=""):
     """A beam that vibrates long enough for modes to pay."""
-    return beam(error, "G", "time = 'explicit'", f"at = 'all'  {keys}", 6e-4, "history_interval = 2e-6", "&energy_release estimators = 'vcct' /").replace("&method time = 'explicit' /\n", "")
+    return beam(error, "G", "time = 'explicit'", f"at = 'all'  {keys}", 5e-4, "history_interval = 4e-6", "&energy_release estimators = 'vcct' /").replace("&method time = 'explicit' /\n", "")
 
 
 @pytest.mark.parametrize("model, least", [("beam", 8), ("wave", 6), ("vibration", 8)])
