@@ -247,3 +247,20 @@ def test_pins_between_nodes_leave_cells_large(hampm):
     print(row["K_I"][-1] / truth - 1, row["particles"][-1])
     assert abs(row["K_I"][-1] / truth - 1) <= 0.01
     assert row["particles"][-1] < 1e5 and "between nodes" not in row.said
+
+
+def test_the_place_of_a_chosen_key(hampm):
+    """Messages about a key that was chosen say so, and do not name an option that nobody gave."""
+    text = f"""&run plane = 'stress'  thickness = 0.01  end_time = 1.0 /
+{MATERIAL}
+&body material = 'a'  lower = 0.0, 0.0  upper = 0.1, 0.01 /
+&constraint lower = 0.0, 0.0  upper = 0.0, 0.01  fix = 'xy' /
+&load kind = 'traction'  lower = 0.1, 0.0  upper = 0.1, 0.01  force = 0.0, 1.0 /
+&crack kind = 'path'  points = 0.05, 0.01, 0.05, 0.003 /
+&method time = 'static' /
+&grid cell = 0.0025  cells = 40, 4 /
+&refine indicator = 'none' /
+&accuracy quantity = 'J'  error = 0.01 /
+"""
+    said = run(hampm, text, code=2)
+    assert "chosen for &accuracy, energy_release.estimators" in said and "--set energy" not in said
