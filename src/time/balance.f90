@@ -222,6 +222,7 @@ contains
       end if
       settled = self%moved
       call take_motion_as_whole(self%free, settled)
+      if (allocated(self%newton%predicted)) call take_motion_as_whole(self%free, self%newton%predicted) ! both are compared
       call displace(m, settled - self%moved)
       self%moved = settled
 
