@@ -168,10 +168,10 @@ contains
       least_work = huge(least_work)
       do k = 1, size(families)                   ! first that which a finer mesh costs least in
          if (.not. choice%trials(k)%is_allowed) cycle
-         associate (trials => choice%trials(k))
-            trials%particles = product((choice%lattices%upper - choice%lattices%lower)* &
-                                       families(k)%points_per_cell/choice%lattices%cell_size(trials%first%lattice))
-            finer = mesh_t(2*trials%first%lattice, trials%first%levels + 3*families(k)%level_step)
+         associate (trials => choice%trials(k), family => families(k))
+            trials%particles = product((choice%lattices%upper - choice%lattices%lower)*family%points_per_cell/ &
+                                       choice%lattices%cell_size(trials%first%lattice, family%order))
+            finer = mesh_t(2*trials%first%lattice, trials%first%levels + 3*family%level_step)
             if (.not. trials%work_of(finer) < least_work) cycle
             least_work = trials%work_of(finer)
             choice%family = k
