@@ -1,4 +1,4 @@
-"""Stress intensity factors and energy release rates of cracks that ignore the grid, against independent solutions (docs/explanation/cracks.md).
+"""Stress intensity factors and energy release rates of cracks that ignore the grid, against independent solutions (docs/evidence/crack_accuracy.md).
 
     table   slanted, eccentric, edge, kinked and several cracks at rest, two levels of refinement at the tips: the largest error of
             K_I and of K_II over the larger of both, and of G, on three meshes; the order at which K converges

@@ -1,4 +1,4 @@
-!> Tractions on the crack faces behind a closed tip (docs/explanation/cracks.md has theory and measurements).
+!> Tractions on the crack faces behind a closed tip (docs/explanation/crack_contact.md has theory and measurements).
 !>
 !> The layer of interface points between faces (`hampm_interface_points`) is compliant, the material ahead of a tip is not:
 !> tractions in the last cells oscillate, which shifts K_II at any cell size. A tip is closed if the faces of some cells behind it

@@ -1,5 +1,5 @@
 !> Energy release rate of a static model, and its estimated error on the mesh of the run before the first step; specimens in
-!> docs/explanation/energy_release_rate.md.
+!> docs/explanation/estimated_errors.md.
 !>
 !> The derivative of the displacement by the place of each tip takes one solution each with the factorised stiffness. All material
 !> moves with v = q e, e being the direction of the tip, q 1 around it and 0 beyond the largest disc. With M = I + a grad v the
@@ -76,7 +76,7 @@ module hampm_expected_error
    real(dp), parameter :: most_level = 0.9_dp    !! part of the largest disc of a tip in which cells move with it undeformed
 
    !> Place error of a tip inside a bilinear cell, in cells, at most for 95 % of random places and directions, by J and by K
-   !> (docs/explanation/energy_release_rate.md); for quadratic cells half of it.
+   !> (docs/explanation/estimated_errors.md); for quadratic cells half of it.
    real(dp), parameter :: astray_of_j = 0.19_dp, astray_of_k = 0.1_dp
 
    !> Error of K by the fields beside the singular one, over the square of cells over the radius of a disc.

@@ -21,16 +21,16 @@ module hampm_largest_step
    real(dp), parameter :: most_damping_a_step = 1.0_dp
    real(dp), parameter :: default_part = 0.9_dp  !! part of the limit, for effects that a sample does not have
    !> Courant numbers of the paper, for material that moves through the cells: its edges gain energy when they cross them, below any
-   !> limit for a body at one place (docs/explanation/mass.md).
+   !> limit for a body at one place (docs/explanation/time_step.md).
    real(dp), parameter :: crossing = 0.1_dp, crossing_full = 0.05_dp
    !> Reduction of the limit by several materials in contact, at least: quarters of a square that meet in a point
    real(dp), parameter :: of_contrast = 0.9_dp
    !> Reduction by waves along no grid line in orthotropic material: 2 % at most in 20 extreme samples
    real(dp), parameter :: of_anisotropy = 0.95_dp
-   !> Reduction by cells of several sizes, for `usl` with a mass matrix that is not lumped (docs/explanation/mass.md)
+   !> Reduction by cells of several sizes, for `usl` with a mass matrix that is not lumped (docs/explanation/time_step.md)
    real(dp), parameter :: of_hanging_nodes = 0.8_dp
    !> Reduction by finer cells with a lattice of particles that does not fit: with leapfrog schemes and the lumped mass matrix, of
-   !> the limit over phases of the lattice, and else (docs/evidence/stability.md)
+   !> the limit over phases of the lattice, and else (docs/explanation/time_step.md)
    real(dp), parameter :: of_misfit_edges = 0.95_dp, of_misfit_else = 0.8_dp
    !> Reduction by growing cracks: they cut cells anywhere, into pieces with few particles and nodal motions without mass; schemes
    !> that map velocities from particles are not affected (docs/explanation/growth.md)

@@ -1,5 +1,5 @@
 !> Ghost penalty of small cut cells, at cracks or edges of bodies: their few particles leave motions of nodes nearly free, with next
-!> to no mass (docs/explanation/theory.md).
+!> to no mass (docs/explanation/interfaces.md).
 !>
 !> On a side between a small piece and another one, interface points at the points of Gauss hold the jumps of the normal derivatives
 !> of the displacement up to the order p of the cells, and have a mass in motion:
@@ -33,7 +33,7 @@ module hampm_ghost_penalty
    real(dp), parameter :: in_steps = 1.0_dp      !! g in explicit steps of usl of pieces filled by less than `least_fill`:
                                                  !! their nodes have little mass and must follow the extrapolated field
    real(dp), parameter :: lightness = 0.3_dp     !! g of the mass over g of the stiffness, of quadratic cells, which resolve
-                                                 !! waves of the frequency c/h (docs/explanation/quadratic.md)
+                                                 !! waves of the frequency c/h (docs/explanation/quadratic_cut.md)
    real(dp), parameter :: soft = 0.05_dp         !! part of the modulus against bending of cells with one particle if
                                                  !! it yields or relaxes: work of a plastic beam +35 % with 1, -1 % with this
    real(dp), parameter :: part_of_jump(2) = [1/3.0_dp, 1/20.0_dp] !! c_k

@@ -1,5 +1,5 @@
 !> Forces of interface points in explicit steps: implicit in the opening, so that steps are stable and as long as for the cells, for
-!> any stiffness of the points and mass of the nodes (docs/explanation/theory.md, cracks.md). With the weights C of nodes in the
+!> any stiffness of the points and mass of the nodes (docs/explanation/interfaces.md). With the weights C of nodes in the
 !> openings g, A the inverse of the mass matrix, M the matrix of the particles, a the accelerations without these forces, and beta,
 !>
 !>    f = law(g + beta dt**2 C A M a - W f),   W = beta dt**2 C A M A C'   (Newmark's method).

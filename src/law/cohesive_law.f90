@@ -7,7 +7,7 @@
 !>    T_n = g_n/(e + c),   T_s = g_s/(k (e + c)),   c = G_I/S_I**2 x/t,   k = (G_II/S_II**2)/(G_I/S_I**2)
 !>
 !> e is the compliance of the elastic part and the layer of the cells, in series: it shears the curve and keeps its area, so a
-!> coarse mesh changes no toughness. Theory: docs/explanation/cracks.md. Sources: Camanho & Davila, NASA TM 2002-211737 (mixed mode,
+!> coarse mesh changes no toughness (docs/explanation/cohesion.md). Sources: Camanho & Davila, NASA TM 2002-211737 (mixed mode,
 !> power law); Turon, Camanho, Costa & Renart, Composite Structures 92 (2010), 1857 (stiffness of sliding from strengths and
 !> toughnesses of both modes).
 module hampm_cohesive_law

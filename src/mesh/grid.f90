@@ -1,4 +1,4 @@
-!> The grid built from a forest: nodes, elements, and which element touches which node (docs/explanation/theory.md, quadratic.md).
+!> The grid built from a forest: nodes, elements, and which element touches which node (docs/explanation/hierarchy.md).
 !>
 !> A leaf is one bilinear element of its corners. A transition leaf, beside finer ones, has up to four nodes more, in the middle of
 !> its sides: its functions are piecewise linear on the sides, the mean in the middle, and never negative. It is stored as its four

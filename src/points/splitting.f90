@@ -1,4 +1,4 @@
-!> Splitting particles into children (`hampm_children`) and recombining these; docs/explanation/theory.md.
+!> Splitting particles into children (`hampm_children`) and recombining these; docs/explanation/hierarchy.md.
 !>
 !> The children carry u + H dX + t dx1 dx2 and v + L dx, and the parent's H with its change along dx by t, the hourglass of the
 !> bilinear displacement field of the coarse cell (its mixed second derivative; in space one of four): one displacement field of the

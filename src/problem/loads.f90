@@ -302,7 +302,7 @@ contains
    !> Add the work of the loads [J] from `time` to `time + dt`, in which the particles' velocities, mapped to the nodes, are
    !> `velocity`: mean force of both ends times dt times the velocity of the points, by the shape functions of the forces. It is of
    !> second order in dt, and equal to the gain of the particles' kinetic energy up to half a step at the ends
-   !> (docs/explanation/theory.md). Velocities that move particles are unsuitable: a node of little mass may have any.
+   !> (docs/explanation/energy_balance.md). Velocities that move particles are unsuitable: a node of little mass may have any.
    pure subroutine book_work(loads, p, time, dt, velocity, work)
       type(load_t), intent(inout) :: loads(:)    !! as placed by `place_loads` before the step
       type(particles_t), intent(in) :: p         !! after the step

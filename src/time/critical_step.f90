@@ -1,4 +1,4 @@
-!> Largest stable time step of a body in small motion, from the matrices of a sample (docs/explanation/theory.md).
+!> Largest stable time step of a body in small motion, from the matrices of a sample (docs/explanation/time_step.md).
 !>
 !> A step changes the nodal momentum p = S^T m v and the sum u of the displacements that strain the particles by
 !>

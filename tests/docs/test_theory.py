@@ -9,7 +9,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 from theory_figures import FIGURES, FOLDER  # noqa: E402
 
-TABLE = (ROOT / "docs/explanation/theory.md").read_text().split("## Where it is")[1]
+TABLE = (ROOT / "docs/explanation/procedures.md").read_text()
 
 
 def test_every_equation_is_where_the_notes_say():

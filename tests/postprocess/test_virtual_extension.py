@@ -12,7 +12,7 @@ from paths import PROGRAM, ROOT
 from hampm.stored_model import StoredModel
 
 CASE = ROOT / "tests/regression/dcb_settled/case.nml"
-LARGE_STEPS = "method.courant=0.8"  # at rest the time step does not matter; the limit is 1.03 (docs/explanation/mass.md)
+LARGE_STEPS = "method.courant=0.8"  # at rest the time step does not matter; the limit is 1.03 (docs/explanation/time_step.md)
 FINE = LARGE_STEPS, "run.end_time=1e-3"
 COARSE = LARGE_STEPS, "grid.cell=5e-3", "grid.cells=20,3"
 MIRRORED = ("constraint.lower=0,0", "constraint.upper=0.05,0", "load.lower=0.1,0", "load.upper=0.1,0.01",

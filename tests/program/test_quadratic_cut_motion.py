@@ -267,7 +267,7 @@ def test_a_path_along_a_grid_line_moves_as_a_line(hampm, method, levels):
 @pytest.mark.parametrize("method", ["mass = 'consistent' frame = 'total' scheme = 'usavg'", "mass = 'consistent' frame = 'total' time = 'implicit' time_step = 1e-8"])
 def test_k_of_a_slanted_crack_that_a_step_wave_meets(hampm, method):
     """c4_slanted_crack_step_wave_30deg.csv, the tip that the wave meets first, means over a tenth of the window as for bilinear cells (bench/cracks.py),
-    of which those of 0.25 mm are off by 0.43 and 0.24 % (docs/explanation/cracks.md); those of 1 mm here have a fourth of their nodes."""
+    of which those of 0.25 mm are off by 0.43 and 0.24 % (docs/evidence/crack_accuracy.md); those of 1 mm here have a fourth of their nodes."""
     text = wave_scene(1e-3, "consistent").replace("scheme = 'usavg'  mass = 'consistent'", method).replace("&grid ", "&grid order = 2 ")
     found = wave_errors(run(hampm, text.replace("&body ", "&body points_per_cell = 3 ")))["upper"]
     print(found)

@@ -79,7 +79,7 @@ def test_specimens(hampm, name):
     print(name, errors, "order", math.log2(errors[0] / errors[1]), math.log2(errors[1] / errors[2]))
     assert abs(errors[2]) < 0.01
     assert math.log2(abs(errors[0] / errors[2])) > 1.4
-    page = (ROOT / "docs/explanation/energy_release_rate.md").read_text()
+    page = (ROOT / "docs/explanation/t_stress.md").read_text()
     row = next(line for line in page.splitlines() if line.startswith(f"| {name}"))
     assert [float(value) for value in row.split("|")[3:-1]] == pytest.approx([100 * error for error in errors], abs=0.011)
 

@@ -85,7 +85,7 @@ def test_gravity_of_free_bodies_makes_them_fall(hampm):
         "history = 'ramp' rise_time = 1.0", "").replace("lower = 0, 0 upper = 0.008, 0.04 /", "lower = 0, 0.001 upper = 0.008, 0.038 /")
     values = run(hampm, text)
     assert values["kinetic_energy"] == pytest.approx(2000 * WIDTH * 0.037 * B * (G * 1e-3)**2 / 2, rel=1e-6)
-    half_a_step = values["numerical_loss"]     # between the velocities at the ends of a step (docs/explanation/theory.md)
+    half_a_step = values["numerical_loss"]     # between the velocities at the ends of a step (docs/explanation/energy_balance.md)
     assert values["external_work"] == pytest.approx(values["kinetic_energy"] + half_a_step, rel=1e-6)
 
 

@@ -21,7 +21,7 @@ program test_expected_error
 
    real(dp), parameter :: pi = acos(-1.0_dp), young = 1, poisson = 0.3_dp, force = 1e-6_dp
    !> lambda'/mu in plane stress, and the cells by which the crack of the cells is too short in modes I and II
-   !> (docs/explanation/energy_release_rate.md)
+   !> (docs/explanation/estimated_errors.md)
    real(dp), parameter :: ratio = 2*poisson/(1 - poisson), short(2) = [0.205_dp, 0.275_dp] + [0.0079_dp, 0.028_dp]*ratio
 
    call cantilevers()

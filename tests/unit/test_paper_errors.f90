@@ -1,7 +1,7 @@
 !> The errors that Tan and Nairn (2001) reckon with, (24)-(30): that of interpolating a quadratic field before and after a cell
 !> refines, and that of lumping the mass matrix.
 !>
-!> docs/explanation/theory.md derives their figures, with what the paper's point (p) and its (30) are. Their c is the edge of a material point,
+!> docs/explanation/paper_estimates.md derives their figures, with what the paper's point (p) and its (30) are. Their c is the edge of a material point,
 !> (15), and so half the edge of a cell with four of them. Second derivatives of one direction at a time are looked at, and the mixed one, as in
 !> a sum the errors of both directions may cancel.
 program test_paper_errors
