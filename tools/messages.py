@@ -28,7 +28,7 @@ TITLES = {
     "stop": ("A run ends", "Exit code 3: the computation failed. The message names step, time and place. Results up to there are kept."),
     "warning": ("A run goes on, and warns", "Exit code 0. The numbers may mean something else than you think."),
     "file": ("A file cannot be read or written", "Exit code 4."),
-    "input": ("A model or a command line is refused", "Exit code 2. A message begins with file, line, group and key, `case.nml:12: &grid cell = 0.1:`; "
+    "input": ("A model or a command line is refused", "Exit code 2. A message begins with file, line, group and key, `case.nml:12: &grid cell = 0.1:`;\n"
               "here with the key. All errors are reported at once.")}
 VERBS = ("add allow ask begin build choose end fix give hold increase install keep leave let load look make move name put raise record reduce refine remove "
          "resume run see set shorten smaller take try use write").split()
@@ -211,10 +211,10 @@ def page():
     """The page as Markdown."""
     messages = all_messages()
     lines = ["# Messages: I got this message", "",
-             f"Search this page for the first words of your message: it has {len(messages)} messages with cause and remedy. An ellipsis stands for",
-             "numbers and names. `tools/messages.py` writes the page from the sources. Two kinds of messages have pages of their own:", "",
+             f"Search this page for the first words of your message: it has {len(messages)} messages with cause and remedy. An ellipsis stands",
+             "for numbers and names. `tools/messages.py` writes the page from the sources. Two kinds of messages have other pages:", "",
              "- `&a b = ... requires ...`, `is not allowed with`, `has no effect`: [rules between keys](key_rules.md);",
-             "- a value outside of its range, or not among its choices: [keys](keys.md). [Places](places.md) explains where things have to be.", ""]
+             "- a value outside of its range, or not among its choices: [keys](keys.md). [Places](places.md) has the reasons.", ""]
     for kind, (title, about) in TITLES.items():
         lines += [f"## {title}", "", about, "", "| the message begins | cause | remedy |", "|---|---|---|"]
         lines += [f"| {cell(m.begins)} | {cell(m.cause)} | {cell(m.remedy)} |" for m in messages if m.kind == kind]

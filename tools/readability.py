@@ -1,4 +1,4 @@
-"""How easily the pages are read: of each page its words, the length of its sentences, long lines, and words of version 1.
+"""How easily the pages are read: of each page its words, the length of its sentences, long lines, words of version 1, and turns of phrase that hide the subject.
 
     python tools/readability.py                     all pages of docs/, README.md and CONTRIBUTING.md
     python tools/readability.py PAGE.md ...         these pages
@@ -6,7 +6,8 @@
 
 Prose is what stands outside of code, tables, headings and formulas. A name in backticks counts as one word, and a link as the words that it
 shows. A sentence ends with . ! or ? before a blank, and with its paragraph or item of a list. Words of version 1 are those of the
-left column of docs/reference/glossary.md that are no names in backticks.
+left column of docs/reference/glossary.md that are no names in backticks. `TURNS` are turns of phrase whose noun stands elsewhere, or in no place.
+`all words` are those of the whole file, tables, code and formulas too, between blanks.
 """
 
 import argparse
@@ -20,6 +21,8 @@ GLOSSARY = ROOT / "docs/reference/glossary.md"
 LONG_SENTENCE, LONG_LINE = 30, 132  # words, characters
 FENCE = re.compile(r"^ *(```+)[^\n]*\n.*?^ *\1 *$", re.MULTILINE | re.DOTALL)
 ABBREVIATIONS = re.compile(r"\b(e\.g|i\.e|et al|cf|vs|pp?|Figs?|Eqs?|Nos?|Dr|ca)\.(?=\s)")
+TURNS = re.compile(r"\b(?:that|those) of\b|\bbut for\b|\b(?:by|of|to) which\b|\bcom(?:es|ing|e) to\b|(?:^|[.;:,] )what (?:is|was|are|has|have)\b|"
+                   r"\bnone(?! of\b)|\bthat is to say\b", re.IGNORECASE)
 LEFT_CELL = re.compile(r"^\| *([^|]+?) *\|", re.MULTILINE)
 
 
@@ -32,6 +35,8 @@ class Page:
     long_lines: int   # of prose, but for pictures, whose words cannot be wrapped
     wide_lines: int   # of tables, code and pictures
     old_words: list
+    turns: list
+    all_words: int    # of the file
 
     @property
     def mean(self):
@@ -92,7 +97,8 @@ def measure(path, old=None):
     long_lines = sum(len(line) > LONG_LINE for line in outside if not is_table(line) and not line.startswith("!["))
     wide = sum(len(line) > LONG_LINE for line in text.splitlines()) - long_lines
     found = [] if path.resolve() == GLOSSARY else (old or old_words()).findall(" ".join(prose))
-    return Page(sum(map(words_in, sentences)), sentences, long_lines, wide, found)
+    turns = TURNS.findall("\n".join(sentences))
+    return Page(sum(map(words_in, sentences)), sentences, long_lines, wide, found, turns, len(text.split()))
 
 
 def pages():
@@ -102,17 +108,17 @@ def pages():
 
 def table(measured):
     """The table as lines of text: a row for each page, and one for all."""
-    yield f"{'page':44} {'words':>6} {'a sentence':>10} {f'above {LONG_SENTENCE}':>9} {'long lines':>10} {'wide tables':>11} {'old words':>9}"
-    rows = [(str(path), page.words, len(page.sentences), len(page.long_sentences), page.long_lines, page.wide_lines, len(page.old_words))
+    yield f"{'page':44} {'words':>6} {'a sentence':>10} {f'above {LONG_SENTENCE}':>9} {'long lines':>10} {'wide tables':>11} {'old words':>9} {'turns':>5} {'all words':>9}"
+    rows = [(str(path), page.words, len(page.sentences), len(page.long_sentences), page.long_lines, page.wide_lines, len(page.old_words), len(page.turns), page.all_words)
             for path, page in measured]
     for name, words, sentences, *rest in [*rows, ("all", *map(sum, zip(*(row[1:] for row in rows))))]:
-        yield f"{name:44} {words:6} {words / max(1, sentences):10.1f} {rest[0]:9} {rest[1]:10} {rest[2]:11} {rest[3]:9}"
+        yield f"{name:44} {words:6} {words / max(1, sentences):10.1f} {rest[0]:9} {rest[1]:10} {rest[2]:11} {rest[3]:9} {rest[4]:5} {rest[5]:9}"
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("pages", metavar="PAGE.md", nargs="*", type=Path)
-    parser.add_argument("--long", action="store_true", help="print the sentences that are long")
+    parser.add_argument("--long", action="store_true", help="print the sentences that are long, or have such a turn")
     options = parser.parse_args()
     if missing := [path for path in options.pages if not path.is_file()]:
         sys.exit(f"{missing[0]}: no such page")
@@ -121,7 +127,8 @@ def main():
     measured = [(path.relative_to(ROOT) if path.is_relative_to(ROOT) else path, measure(path, old)) for path in chosen]
     print(*table(measured), sep="\n")
     for path, page in measured if options.long else ():
-        print(*(f"{path}: {words_in(text)} words: {text}" for text in page.long_sentences), sep="\n")
+        shown_ones = [text for text in page.sentences if text in page.long_sentences or TURNS.search(text)]
+        print(*(f"{path}: {words_in(text)} words: {text}" for text in shown_ones), sep="\n", end="\n" if shown_ones else "")
 
 
 if __name__ == "__main__":
