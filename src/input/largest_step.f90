@@ -38,7 +38,7 @@ module hampm_largest_step
    !> Depths of lines of particles in empty cells, of those positions with the least limit [cells]
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
    !> Reduction by cut quadratic cells with `fewest_points`, at edges, cracks and bonded points of tips: 3 % at most in 800 random
-   !> samples (docs/explanation/quadratic.md)
+   !> samples (docs/explanation/quadratic_cut.md)
    real(dp), parameter :: of_cut_quadratic = 0.9_dp
    !> Reduction by cut cells: they multiply the largest eigenvalue by 1.27 at most
    real(dp), parameter :: of_cut_cells = 0.88_dp

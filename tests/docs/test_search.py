@@ -94,6 +94,12 @@ def test_words_of_the_trade_lead_to_their_page(index, query):
     assert set(index.hits(query)[:3]) & set(HITS[query].split()), index.hits(query)[:6]
 
 
+@pytest.mark.parametrize(("query", "page"), [("fatigue life", "fatigue"), ("adhesive", "cohesion"), ("residual stress", "loaded_faces"), ("weld", "inhomogeneous"),
+                                             ("HDF5", "results"), ("stress intensity", "energy_release_rate"), ("friction", "crack_contact")])
+def test_the_page_of_a_word_comes_first(index, query, page):
+    assert index.hits(query)[0] == page
+
+
 def test_there_are_forty_words_and_the_pages_are_there():
     assert len(HITS) >= 40
     assert {page for pages in HITS.values() for page in pages.split()} <= {path.stem for path in DOCS.rglob("*.md")}

@@ -103,7 +103,7 @@ def test_a_path_in_a_bent_beam(hampm):
 
 def test_a_double_cantilever_beam(hampm):
     """From 5 to 7.5 arm depths D, beside the grid lines: the load by G = 12 P**2 (a + 0.6731 D)**2/(E B**2 D**3), where 0.6731 is of a strip
-    (Foote & Buchwald 1985), to 0.5 % in the mean and 1.2 % in each row (docs/explanation/cracks.md has why K goes up and down there); the work that is not
+    (Foote & Buchwald 1985), to 0.5 % in the mean and 1.2 % in each row (docs/evidence/crack_accuracy.md has why K goes up and down there); the work that is not
     stored, Gc B (a - a0), to 2 %."""
     row, _ = run_told(hampm, DCB)
     off = load_errors(row)
