@@ -216,8 +216,14 @@ def page():
              "- `&a b = ... requires ...`, `is not allowed with`, `has no effect`: [rules between keys](key_rules.md);",
              "- a value outside of its range, or not among its choices: [keys](keys.md). [Places](places.md) has the reasons.", ""]
     for kind, (title, about) in TITLES.items():
+        of_kind = [m for m in messages if m.kind == kind]
+        plain = [m for m in of_kind if (m.cause, m.remedy) == OF_INPUT[-1][1:]]
         lines += [f"## {title}", "", about, "", "| the message begins | cause | remedy |", "|---|---|---|"]
-        lines += [f"| {cell(m.begins)} | {cell(m.cause)} | {cell(m.remedy)} |" for m in messages if m.kind == kind]
+        lines += [f"| {cell(m.begins)} | {cell(m.cause)} | {cell(m.remedy)} |" for m in of_kind if m not in plain]
+        if plain:
+            lines += ["", "These say themselves which value is needed. The value is another: give such a value; `--check` tries it without a run.", "",
+                      "| the message |", "|---|"]
+            lines += [f"| {cell(m.begins)} |" for m in plain]
         lines.append("")
     return "\n".join(lines)
 
