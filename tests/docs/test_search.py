@@ -29,7 +29,7 @@ STOP = set("a able about across after all almost also am among an and any are as
 
 HITS = {  # words -> pages, of which one is among the first three hits
     "adhesive": "cohesion", "anisotropic": "inhomogeneous laws", "axisymmetric": "axisymmetric",
-    "bimaterial": "inhomogeneous", "checkpoint": "checkpoints", "cohesive": "cohesion", "composite": "inhomogeneous", "contact": "contact crack_contact",
+    "bimaterial": "inhomogeneous", "checkpoint": "checkpoints", "cohesive": "cohesion", "composite": "inhomogeneous", "compression": "fatigue loads laws crack_contact", "close": "fatigue crack_contact", "contact": "contact crack_contact",
     "convergence": "verification tradeoff", "creep": "laws", "delamination": "cohesion inhomogeneous", "energy balance": "energy_balance",
     "energy release rate": "energy_release_rate", "error bar": "estimated_errors accuracy estimates", "exit code": "results", "fatigue life": "fatigue",
     "friction": "crack_contact", "glued": "cohesion", "HDF5": "results", "implicit": "implicit", "J integral": "energy_release_rate",
@@ -37,7 +37,7 @@ HITS = {  # words -> pages, of which one is among the first three hits
     "ParaView": "pictures results", "Paris": "fatigue 20_fatigue", "penny": "axisymmetric", "plasticity": "laws", "pressure": "loaded_faces loads",
     "quadratic elements": "quadratic quadratic_cut quadratic_accuracy", "residual stress": "loaded_faces", "R-curve": "resistance", "rubber": "laws",
     "seam": "inhomogeneous", "stress intensity": "energy_release_rate", "T-stress": "t_stress", "thermal stress": "loaded_faces loads",
-    "threads": "performance", "time step": "time_step", "toughness": "resistance growth", "units": "symbols", "VCCT": "crack_closure",
+    "threads": "performance", "time step": "time_step", "toughness": "resistance growth", "units": "symbols", "units fatigue": "fatigue", "VCCT": "crack_closure",
     "viscoelastic": "laws", "weld": "inhomogeneous"}
 
 
