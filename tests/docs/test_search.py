@@ -29,7 +29,7 @@ STOP = set("a able about across after all almost also am among an and any are as
 
 HITS = {  # words -> pages, of which one is among the first three hits
     "adhesive": "cohesion", "anisotropic": "inhomogeneous laws", "axisymmetric": "axisymmetric",
-    "bimaterial": "inhomogeneous", "checkpoint": "checkpoints", "cohesive": "cohesion", "composite": "inhomogeneous", "compression": "fatigue loads laws crack_contact", "close": "fatigue crack_contact", "contact": "contact crack_contact",
+    "bimaterial": "inhomogeneous", "checkpoint": "checkpoints", "cohesive": "cohesion", "composite": "inhomogeneous", "close": "fatigue crack_contact", "contact": "contact crack_contact",
     "convergence": "verification tradeoff", "creep": "laws", "delamination": "cohesion inhomogeneous", "energy balance": "energy_balance",
     "energy release rate": "energy_release_rate", "error bar": "estimated_errors accuracy estimates", "exit code": "results", "fatigue life": "fatigue",
     "friction": "crack_contact", "glued": "cohesion", "HDF5": "results", "implicit": "implicit", "J integral": "energy_release_rate",
