@@ -21,7 +21,7 @@ GLOSSARY = ROOT / "docs/reference/glossary.md"
 LONG_SENTENCE, LONG_LINE = 30, 132  # words, characters
 FENCE = re.compile(r"^ *(```+)[^\n]*\n.*?^ *\1 *$", re.MULTILINE | re.DOTALL)
 ABBREVIATIONS = re.compile(r"\b(e\.g|i\.e|et al|cf|vs|pp?|Figs?|Eqs?|Nos?|Dr|ca)\.(?=\s)")
-TURNS = re.compile(r"\b(?:that|those) of\b|\bbut for\b|\b(?:by|of|to) which\b|\bcom(?:es|ing|e) to\b|(?:^|[.;:,] )what (?:is|was|are|has|have)\b|"
+TURNS = re.compile(r"\b(?:that|those) of\b|\bbut for\b|\b(?:by|of|to) which\b|\bcom(?:es|ing|e) to\b(?! rest)|(?:^|[.;:,] )what (?:is|was|are|has|have)\b|"
                    r"\bnone(?! of\b)|\bthat is to say\b", re.IGNORECASE)
 LEFT_CELL = re.compile(r"^\| *([^|]+?) *\|", re.MULTILINE)
 
