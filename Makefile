@@ -91,7 +91,7 @@ parallel = --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,-j$(JOBS))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz tests/tools bench
 
 # Targets that compile nothing themselves
-TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab check test costs mutants verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
+TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab check test costs mutants verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff benchmarks
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -262,6 +262,13 @@ tradeoff:  ## measure accuracy against cost for every kind of setting and write 
 	$(PYTHON) bench/tradeoff.py --output results/tradeoff --document 1
 	$(PYTHON) bench/accuracy.py --fit
 	tools/figures.sh $(O)/hampm $(PYTHON) --docs tradeoff
+
+benchmarks:  ## run published benchmarks of the field and write docs/evidence/benchmarks.md, its CSV file and its picture: some minutes on one core
+	@tools/setup.sh test
+	@$(MAKE) $(parallel) program
+	@$(MAKE) $(parallel) program dim=3
+	$(PYTHON) tests/benchmarks/exam.py --write
+	tools/figures.sh $(O)/hampm $(PYTHON) --docs benchmarks
 
 setup:  ## install what is missing: compiler, libraries, Python environment
 	@tools/setup.sh

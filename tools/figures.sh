@@ -323,6 +323,9 @@ draw_stability() {
 # What accuracy costs, by the tables beside the page, which `make tradeoff` measures
 draw_tradeoff() { "$python" tools/tradeoff_pictures.py docs/evidence --output results/tradeoff; }
 
+# Published numbers beside those of the program, by the table beside the page, which `make benchmarks` measures
+draw_benchmarks() { "$python" tests/benchmarks/exam.py --draw $out/benchmarks.png; }
+
 # The pictures of the lessons, by the commands that stand there
 draw_lessons() {
     rm -rf results/lessons
