@@ -8,7 +8,7 @@ import pytest
 import exam
 
 NEEDED = {"model", "source", "kind", "accuracy", "quantity", "unit", "published", "measured"}
-OPTIONAL = {"let", "cases", "set", "at", "along", "point", "others", "case", "cause"}
+OPTIONAL = {"let", "cases", "set", "at", "along", "point", "others", "case", "cause", "fault"}
 
 
 @pytest.mark.parametrize("suite", exam.suites())
@@ -19,6 +19,7 @@ def test_every_number_has_a_source_an_accuracy_and_a_unit(suite):
         assert NEEDED <= part.keys() <= NEEDED | OPTIONAL, part.keys() ^ NEEDED
         assert part["kind"] in exam.KINDS and (exam.HERE / suite / part["model"]).exists()
         assert len(part["source"]) > 20 and re.search(r"\d", part["source"]), "author, title, year, page or section"
+        assert ("cause" in part) == ("fault" in part) and part.get("fault", "source") in exam.FAULTS
         assert part["accuracy"] in ("not stated",) if isinstance(part["accuracy"], str) else 0 <= part["accuracy"] < 0.2
         assert len({len(values) for values in part.get("cases", {}).values()}) <= 1
         for k, names in exam.cases(part):
