@@ -4,11 +4,11 @@
 
 A folder beside this file is a suite. Its models, *.nml, are as a user writes them: the error is asked, the mesh is chosen. `suite.toml` has the numbers:
 
-    title, summary  what the suite is about
+    title           what the suite is about
     [[part]]        keys that a part leaves out are those of the file's top, before the first part
         model       name of the namelist; one that ends with 3d.nml is for the program for solids
         source      author, title, page or section of the published numbers
-        kind        formula (evaluated here), number (copied), exact (closed form of theory) or derived (here; `derivation` says how)
+        kind        formula (evaluated here), number (copied), exact (closed form of theory) or derived (by other means, which the source tells)
         accuracy    relative, as stated there; 0 where it is exact; text, such as 'not stated', where there is none: the number then counts as exact
         let         optional: names for numbers and expressions, in order
         cases       optional: name = values, all of one length: one case for each
@@ -70,7 +70,7 @@ def read(suite):
     """The file of a suite, with all keys of the top in each part."""
     with open(HERE / suite / "suite.toml", "rb") as file:
         top = tomllib.load(file)
-    parts, common = top.pop("part", []), {key: value for key, value in top.items() if key not in ("title", "summary", "impossible")}
+    parts, common = top.pop("part", []), {key: value for key, value in top.items() if key not in ("title", "impossible")}
     return top | {"impossible": top.get("impossible", []), "part": [common | part | {"let": common.get("let", {}) | part.get("let", {})} for part in parts]}
 
 
