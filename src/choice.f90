@@ -31,6 +31,8 @@ module hampm_choice
    real(dp), parameter :: step_of_lattice = 1.5_dp !! number of the lattice of the second pilot over that of the first
    real(dp), parameter :: least_factor = 1.05_dp !! by which a run that falls short makes the prediction larger
    real(dp), parameter :: least_predicted = 1e-9_dp !! of predicted errors and differences that are compared [-]
+   real(dp), parameter :: least_gained = 0.25_dp  !! of a predicted error: meshes that are nearly alike differ by other errors
+   integer, parameter :: most_doublings = 3      !! of the coarsest lattice, where rules ask for finer cells
    real(dp), parameter :: stalled = 0.8_dp       !! part of the last error from which on finer meshes are no use
    integer, parameter :: most_tries = 6          !! of runs that fall short
 
@@ -135,7 +137,7 @@ contains
       real(dp) :: size_of, crossings             ! of the model [m], by waves until the end
       real(dp) :: least_work
       type(mesh_t) :: finer
-      integer :: k, i, level
+      integer :: k, i, level, lowest, double
       size_of = maxval(choice%lattices%upper - choice%lattices%lower)
       crossings = choice%asked%run%end_time*largest_wave_speed(materials_of(choice%asked), 'dilatational')/size_of
       allocate (choice%trials(size(families)))
@@ -152,16 +154,20 @@ contains
             trials%compares = family%time /= 'static' .or. .not. choice%lattices%fits .or. &
                               any([(any(model%planes(i)%front == ['straight', 'polygon ']), i=1, size(model%planes))])
             trials%rows = rows_of(model)
-            trials%steps = crossings*size_of/choice%lattices%cell_size(trials%first%lattice, family%order)
             if (family%order == 1 .and. any(choice%trials(:k)%is_allowed .and. choice%trials(:k)%family%time == family%time)) cycle
-            do level = trials%first%levels, merge(trials%first%levels, family%most_level, choice%limits%has_levels)
-               trials%first%levels = level       ! cells have to be fine enough for growth
-               refused = failure_t()
-               call understand_model(choice%path, choice%text, choice%given, trial, refused, &
-                                     chosen=chosen(choice, family, trials%first))
-               trials%is_allowed = .not. refused%failed()
+            lowest = trials%first%levels
+            do double = 0, merge(0, most_doublings, choice%limits%has_lattice)
+               do level = lowest, merge(lowest, family%most_level, choice%limits%has_levels)
+                  trials%first = mesh_t(choice%lattices%first*2**double, level) ! fine enough for growth, and around fronts
+                  refused = failure_t()
+                  call understand_model(choice%path, choice%text, choice%given, trial, refused, &
+                                        chosen=chosen(choice, family, trials%first))
+                  trials%is_allowed = .not. refused%failed()
+                  if (trials%is_allowed) exit
+               end do
                if (trials%is_allowed) exit
             end do
+            trials%steps = crossings*size_of/choice%lattices%cell_size(trials%first%lattice, family%order)
          end associate
       end do
       choice%family = findloc(choice%trials%is_allowed, .true., dim=1)
@@ -442,7 +448,7 @@ contains
          else
             factor = max(pilot%error/max(choice%predicted, least_predicted), least_factor)
             if (compares) then                   ! what it differs by from the last run, beside what it was to differ by
-               gained = abs(trials%error_of(trials%compared) - trials%error_of(choice%mesh))
+               gained = max(abs(trials%error_of(trials%compared) - trials%error_of(choice%mesh)), least_gained*choice%predicted)
                factor = worst_difference(trials%values, pilot%values)/max(gained, least_predicted)
                choice%reached = max(pilot%error, factor*choice%predicted)
                factor = max(factor, least_factor)
@@ -452,6 +458,10 @@ contains
             end if
             call trials%learn(pilot%error, choice%mesh, factor)
             call take_cheapest(choice, model, failure)
+            if (choice%predicted > 1 .and. choice%predicted >= choice%reached .and. .not. failure%failed()) then
+               choice%predicted = choice%reached ! no mesh reaches it, and that of the run comes nearest
+               call take(choice, family, before, model, failure)
+            end if
          end if
       end associate
       goes = .not. failure%failed() .and. (choice%mesh%lattice /= before%lattice .or. &

@@ -13,7 +13,8 @@ module hampm_mesh_trials
    public :: mesh_t, pilot_t, trials_t, limits_t, is_better, aim, most_particles
 
    real(dp), parameter :: aim = 0.8_dp           !! part of the asked error at which a choice aims
-   real(dp), parameter :: patience = 20          !! work of a mesh over that of the first where none reaches the error
+   real(dp), parameter :: patience = 20          !! work of a mesh over that of the first where none reaches the error,
+   real(dp), parameter :: cheap = 1e7_dp         !! but so much, about a second, anyway
    real(dp), parameter :: of_row = 9.0_dp        !! work of a row of the history for each particle, as in `hampm_families`
    real(dp), parameter :: least_order = 0.5_dp, most_order = 6, usual_order = 2 !! of the error away from the tips in the cell
    real(dp), parameter :: least_part = 1e-3_dp   !! of the cells away from the tips in an error
@@ -199,7 +200,7 @@ contains
       most_work = huge(most_work)
       if (limits%seconds < huge(1.0_dp) .and. trials%seconds > 0) most_work = limits%seconds/trials%seconds
       call look(most_work)
-      if (least_error > 1) call look(min(most_work, patience*trials%work_of(trials%first)))
+      if (least_error > 1) call look(min(most_work, max(patience*trials%work_of(trials%first), cheap)))
 
    contains
 

@@ -213,6 +213,32 @@ def test_a_penny_in_a_cube(tmp_path, error):
     assert abs(g / truth - 1) <= error
 
 
+@pytest.mark.verify
+@pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
+def test_an_ellipse_that_the_coarsest_lattices_are_too_coarse_for(tmp_path):
+    """Lattices are made finer until the rules take them. Irwin (1962): K at the ends of the short axis b is sigma sqrt(pi b)/E(k); a body five times as wide has some percent more."""
+    (tmp_path / "case.nml").write_text("""&run end_time = 1.0 /
+&material name = 'a'  young = 210e9  poisson = 0.3  density = 7850 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 125e-3, 125e-3, 125e-3 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 125e-3, 125e-3, 0.0  fix = 'z' /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.0, 125e-3, 125e-3  fix = 'x' /
+&constraint lower = 0.0, 0.0, 0.0  upper = 125e-3, 0.0, 125e-3  fix = 'y' /
+&load kind = 'traction'  lower = 0.0, 0.0, 125e-3  upper = 125e-3, 125e-3, 125e-3  force = 0.0, 0.0, 15625.0 /
+&crack kind = 'symmetry'  normal = 'z'  front = 'ellipse'  center = 0.0, 0.0, 0.0  radii = 25e-3, 9e-3 /
+&method time = 'static' /
+&accuracy quantity = 'G_mean'  error = 0.2 /
+""")
+    said = subprocess.run([SOLID_PROGRAM, "--quiet", "case.nml"], cwd=tmp_path, capture_output=True, text=True)
+    assert said.returncode == 0, said.stderr
+    angle = (np.arange(2000) + 0.5) * np.pi / 4000
+    width, height = 25e-3, 9e-3
+    ellipse = np.mean(np.sqrt(1 - (1 - (height / width)**2) * np.sin(angle)**2)) * np.pi / 2
+    along = np.hypot(width * np.cos(angle), height * np.sin(angle))        # at the end of the short axis: the width
+    g = (1e6 / ellipse)**2 * np.pi * height / width * along * (1 - 0.3**2) / 210e9
+    with h5py.File(tmp_path / "case.h5") as file:
+        assert file["history/G_mean"][-1] == pytest.approx(np.sum(g * along) / np.sum(along), rel=0.05)
+
+
 def test_supports_that_end_between_nodes(hampm):
     """What they hold depends on the cells: meshes are compared, and a warning says so."""
     text = beam(0.05).replace("fix = 'y' /", "fix = 'y' /\n&constraint lower = 0.09, 0.0037  upper = 0.1, 0.01  fix = 'x' /", 1)
