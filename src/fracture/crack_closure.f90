@@ -179,8 +179,8 @@ contains
    !> Force of the material above the crack's line on that below it through a node at the tip [N]: its action on the node beyond the
    !> inertia of its own part of the mass there,
    !>    m+ a = f+ - F,  m- a = f- + F   so   F = (m- f+ - m+ f-)/(m+ + m-),
-   !> for any mass-proportional damping. On a symmetry plane, where a = 0 in the normal direction, it is the reaction of the
-   !> constraint, opposite to the internal force. External forces on the node count with the internal force of its side.
+   !> for any mass-proportional damping. On a symmetry plane, where a = 0 in the normal direction, it is the internal force
+   !> of the half that is modelled, which the constraint answers. External forces on the node count with the internal force of its side.
    pure function transmitted_force(tip, node, problem, p, applied) result(force)
       type(crack_tip_t), intent(in) :: tip
       integer, intent(in) :: node
