@@ -180,7 +180,8 @@ contains
    !> inertia of its own part of the mass there,
    !>    m+ a = f+ - F,  m- a = f- + F   so   F = (m- f+ - m+ f-)/(m+ + m-),
    !> for any mass-proportional damping. On a symmetry plane, where a = 0 in the normal direction, it is the internal force
-   !> of the half that is modelled, which the constraint answers. External forces on the node count with the internal force of its side.
+   !> of the half that is modelled, which the constraint answers. External forces on the node count with the internal force of its
+   !> side.
    pure function transmitted_force(tip, node, problem, p, applied) result(force)
       type(crack_tip_t), intent(in) :: tip
       integer, intent(in) :: node
