@@ -1,9 +1,9 @@
-"""What the scripts take from the package `hampm` of this checkout, or that is installed beside them: histories, curves, and how scripts end."""
+"""What scripts and tests take from the package: histories, curves, and how scripts end."""
 
 import sys
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "python/src"))
+from in_package import NEEDED
+
 try:
     from hampm.errors import UNREADABLE, USAGE, ResultError, printable  # noqa: F401
     from hampm.history import ERROR, OF_TIP, REST, History, error_name, is_error, is_rate, matches  # noqa: F401
@@ -11,4 +11,4 @@ try:
     from hampm.signals import Mode, first_frequency, fit_modes, lowpass, moving_mean, read_curve  # noqa: F401
     from hampm.stored import opened  # noqa: F401
 except ImportError as missing:
-    sys.exit(f"{missing}: run tools/setup.sh and use .venv/bin/python (gnuplot: set HAMPM_PYTHON to it)")
+    sys.exit(f"{missing}: {NEEDED}")

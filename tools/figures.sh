@@ -249,7 +249,7 @@ draw_impact() {
     run input/one_point_bend.nml one_point_bend
     "$python" tools/references/one_point_bend.py $out/one_point_bend.h5 $out/one_point_bend.png
     run input/wedge_dcb.nml wedge_dcb
-    "$python" postprocess/plot_field.py $out/wedge_dcb.h5 --field stress_xx --size 1.3 --no-mesh --width 5 --dpi 85 --output $out/wedge_dcb.png
+    "$python" postprocess/plot_field.py $out/wedge_dcb.h5 --field stress_xx --squares 1.3 --no-mesh --width 5 --dpi 85 --output $out/wedge_dcb.png
 }
 
 # G over the toughness of tips and fronts in strips, and what their faces take; a quarter of an hour

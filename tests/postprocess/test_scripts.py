@@ -8,10 +8,10 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from paths import ROOT, SCRIPTS
+from paths import PACKAGE, ROOT, SCRIPTS
 from synthetic import complete, dcb, write_result
 
-PROGRAMS = sorted(path.name for path in SCRIPTS.glob("*.py") if '__name__ == "__main__"' in path.read_text())
+PROGRAMS = sorted(path.name for path in SCRIPTS.glob("*.py") if path.read_text().startswith("#!"))
 STARTS = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml", ".gif": b"GIF8", ".html": b"<!DOCTYPE html>"}
 
 
@@ -24,7 +24,7 @@ def test_each_has_help_and_a_line_in_the_page_of_scripts(script, name):
 
 def test_only_one_module_sets_matplotlib_up():
     """So that all pictures look alike and are drawn without a display."""
-    modules = [path for folder in (SCRIPTS, ROOT / "bench") for path in folder.glob("*.py")]
+    modules = [path for folder in (PACKAGE / "hampm/postprocess", ROOT / "bench") for path in folder.glob("*.py")]
     direct = [path.name for path in modules if re.search(r"^import matplotlib|import pyplot", path.read_text(), re.MULTILINE)]
     assert direct == ["pictures.py"]
 

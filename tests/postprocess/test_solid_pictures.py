@@ -214,7 +214,7 @@ def test_films_and_reports_have_solids(bar, tmp_path):
 
 
 @pytest.mark.parametrize(("arguments", "says"), [
-    (["--window", "3"], "--window is for pictures of planes"), (["--size", "2"], "--size is for pictures of planes"),
+    (["--window", "3"], "--window is for pictures of planes"), (["--squares", "2"], "--squares is for pictures of planes"),
     (["--slice", "x=0.31"], "the plane x = 0.31 m cuts no material; it is between 0 and 0.3 m")])
 def test_mistakes_are_named(bar, arguments, says):
     with pytest.raises(ResultError, match=says):

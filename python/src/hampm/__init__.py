@@ -19,6 +19,7 @@ if TYPE_CHECKING:
                          Message as Message, ModelError as ModelError, ResultError as ResultError, Stopped as Stopped)
     from .extrapolation import Extrapolation as Extrapolation, extrapolate as extrapolate
     from .history import History as History
+    from .plots import plot as plot
     from .program import find_program as find_program, key_table as key_table
     from .running import run as run
     from .scene import Check as Check, Scene as Scene
@@ -30,7 +31,7 @@ __version__ = "2.0.0"
 # Modules are read when something of them is asked for first: scripts that run thousands of cases have no time for what they do not use
 _MODULES = {"comparison": ("Comparison", "Tolerance", "compare"),
             "errors": ("ComputationError", "FileError", "HampmError", "HampmWarning", "Message", "ModelError", "ResultError", "Stopped"),
-            "extrapolation": ("Extrapolation", "extrapolate"), "history": ("History",), "program": ("find_program", "key_table"), "running": ("run",),
+            "extrapolation": ("Extrapolation", "extrapolate"), "history": ("History",), "plots": ("plot",), "program": ("find_program", "key_table"), "running": ("run",),
             "scene": ("Check", "Scene"), "snapshots": ("Snapshots",), "sweep": ("Sweep",)}
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
 __all__ = sorted(_HOMES)

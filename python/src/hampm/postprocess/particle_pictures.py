@@ -1,0 +1,331 @@
+"""Particles coloured by a field, on the mesh: what still and moving pictures of snapshots share.
+
+Particles stand where they are with their displacement enlarged, each as a square of its share of its cell that deforms as its material
+does, coloured by a field, of which the part on the other side of a crack is left out. The mesh stands still, drawn where it holds
+material. The faces of cracks move with the particles beside them. Where a crack lies on a plane of symmetry, all is mirrored about it;
+lengths are in mm, from the tip of a crack along a grid line, else or with --axes scene as in the scene. Components of stress are those
+along the axes of the scene.
+"""
+
+from collections import namedtuple
+
+import numpy as np
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
+
+from .crack_faces import beside, ends_of, faces, near, seen_from, segments_of
+from .frames import CrackPlane, squares
+from ..errors import ResultError
+from .pictures import MM, positive, prefixed, round_off, time_unit, typeset
+
+OVERLAP = 1.06  # of the squares of neighbours, whose strains differ
+MOST_TURNED = 2.0  # enlarged displacement gradient of a particle that its square shows at most
+WIDE = 3.0      # the same of what is drawn below particles at a crack
+SHARE = 0.12    # of the picture's width that the largest displacement takes where no scale is given
+NEAREST = 4     # particles whose mean displacement is that of a tip
+AROUND = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])  # corners of a square
+FLAT = 0.35     # height over width of axes below which the scale of colours stands below them
+MOST_SHOWN = 97 # percent of the values that a scale of colours reaches: that around a tip has no end
+DECADES = 4     # that a logarithmic scale of colours reaches down at most
+
+Survey = namedtuple("Survey", "moved values lower upper tip")
+Survey.__doc__ = ("Largest displacement [mm] and values of the field that are shown, corners of the squares that are drawn and the crack tip, where "
+                  "it is in the last snapshot [mm].")
+Colours = namedtuple("Colours", "norm map factor unit extend")
+Colours.__doc__ = "Scale of colours for a field times a factor, which has the unit, and on which side values lie beyond it."
+
+
+def add_field_options(parser, field="energy_density"):
+    """Options of every picture of particles, with the field that is drawn unless another is asked for."""
+    parser.add_argument("--field", default=field, metavar="NAME",
+                        help="field that colours the particles: one of the file's, speed, displacement, level, mean_stress or "
+                             "von_mises (default: %(default)s)")
+    parser.add_argument("--log", action="store_true", help="logarithmic scale of colours, for fields without a sign")
+    parser.add_argument("--squares", type=positive, metavar="PART",
+                        help=f"side of the square of a particle, over that of its share of the cell (default: {OVERLAP:g}, without gaps)")
+    parser.add_argument("--window", type=positive, metavar="MM",
+                        help="half width of what is shown around the crack tip [mm] (default: everything)")
+    parser.add_argument("--no-mesh", dest="mesh", action="store_false", help="leave the mesh out")
+    add_axes_option(parser)
+
+
+def add_axes_option(parser):
+    """The coordinates of a picture."""
+    parser.add_argument("--axes", choices=["crack", "scene"],
+                        help="coordinates of the picture: along the crack from its tip and normal to it, as if it came from "
+                             "the left, or those of the scene (default: crack, or scene with cracks of kind 'path')")
+    parser.add_argument("--tip", type=int, default=1, metavar="N",
+                        help="number of the crack tip that is meant, of several (default: %(default)s)")
+
+
+def survey(result, field, numbers, options, scale=1.0):
+    """What some snapshots of a result show, with displacements enlarged."""
+    plane, moved, values, corners = plane_of(result, options), 0.0, [], []
+    tip = plane.tip * MM
+    for number in numbers:
+        tip = result.tip_place(plane, options.tip, number) * MM
+        particles = result.block("particles", number)
+        leaves, displacement = result.leaves(number), particles.point_fields["displacement"][:, :2]
+        shown = np.abs(plane.local(particles.points) * MM - tip).max(axis=1) < (options.window or np.inf)
+        moved = max(moved, np.linalg.norm(displacement[shown], axis=1).max(initial=0.0) * MM)
+        values.append(field.values(particles, leaves)[shown])
+        half = (options.squares or OVERLAP) * share_of_cell(result, leaves, particles) / 2
+        places = particles.points + (scale - 1) * (displacement - anchor(result, particles, options.tip, number, options.window))
+        drawn = plane.local(deformed(places, half[:, None, None] * AROUND, gradients(particles, scale))).reshape(-1, 2) * MM
+        corners += [drawn.min(axis=0), drawn.max(axis=0)]
+    corners = plane.whole(np.array(corners), MM)
+    return Survey(moved, np.concatenate(values), corners.min(axis=0), corners.max(axis=0), tip)
+
+
+def joined(surveys):
+    """What all of some surveys show together."""
+    moved, values, lower, upper, tips = zip(*surveys)
+    return Survey(max(moved), np.concatenate(values), np.min(lower, axis=0), np.max(upper, axis=0), tips[0])
+
+
+def share_of_cell(result, leaves, particles):
+    """Size of the square of each particle in the reference configuration: the particles of a cell share its area [m]. In the updated
+    frame that of the first snapshot, as long as none has been divided since: strained material is elsewhere in the cells."""
+    if not result.is_total() and result.number():
+        first = result.block("particles", 0)
+        now, then = (block.point_fields["id"] for block in (particles, first))
+        if np.array_equal(np.sort(now), np.sort(then)):
+            return shares(result, result.leaves(0), first)[np.argsort(then)][np.argsort(np.argsort(now))]
+    return shares(result, leaves, particles)
+
+
+def shares(result, leaves, particles):
+    """The same, by the cells in which particles are."""
+    cell = result.cells_of(particles, leaves)
+    number = np.bincount(cell[cell >= 0], minlength=leaves.width.size)
+    full = min((result.scene.numbers("body", "points_per_cell", n) or [2])[0] for n in result.scene.body_groups() or [1])
+    width = leaves.width / np.sqrt(np.maximum(number, full**2))  # a cell at the edge is not full
+    return np.where(cell >= 0, width[cell], result.scene.cell() / 2)
+
+
+def anchor(result, particles, tip, number, window):
+    """The displacement that stays as it is where others are enlarged: that of the particles nearest to the tip around which a window
+    stands; none where the whole is shown."""
+    plane = result.crack_plane(tip, number) if window else None
+    if plane is None:
+        return np.zeros(2)
+    displacement = particles.point_fields["displacement"][:, :2]
+    near_tip = np.linalg.norm(particles.points - displacement - plane.in_scene().tip, axis=1)
+    return displacement[np.argsort(near_tip, kind="stable")[:NEAREST]].mean(axis=0)
+
+
+def deformation(particles):
+    """The deformation gradients of particles, shape (n, 2, 2); those of no deformation where a file does not have them."""
+    stored = particles.point_fields.get("deformation_gradient")
+    return np.broadcast_to(np.eye(2), (len(particles.points), 2, 2)) if stored is None else stored.reshape(-1, 2, 2)
+
+
+def gradients(particles, scale):
+    """The gradients by which the squares of particles deform whose displacements are enlarged, shape (n, 2, 2). Enlarged ones above
+    MOST_TURNED, as at the tip of a crack, are brought down to that: squares would be drawn over others."""
+    h = scale * (deformation(particles) - np.eye(2))
+    size = np.linalg.norm(h, axis=(1, 2))
+    most = np.maximum(MOST_TURNED, size / scale)
+    return np.eye(2) + h * np.minimum(1, most / np.maximum(size, 1e-300))[:, None, None]
+
+
+def deformed(places, offsets, gradient):
+    """Points around places (n, 2), at offsets from them in the reference configuration (n, k, 2), as gradients (n, 2, 2) deform them."""
+    return places[:, None] + np.einsum("nij,nkj->nki", gradient, np.broadcast_to(offsets, (len(places), *offsets.shape[1:])))
+
+
+def time_words(result, number):
+    """When a snapshot is, in words: the load step at rest, where there are several, else the time in the unit that suits the run."""
+    scene, time, longest = result.scene, result.times[number], result.times.max()
+    if scene.is_static():
+        steps, end = (scene.numbers(*key) or [1] for key in (("method", "load_steps"), ("run", "end_time")))
+        return f"load step {time * steps[0] / end[0]:.4g} of {steps[0]:g}" if steps[0] > 1 and end[0] > 0 else "equilibrium"
+    factor, unit = time_unit(longest)
+    digits = max(0, 3 - int(np.floor(np.log10(longest * factor)))) if longest > 0 else 0
+    return f"$t$ = {time * factor:.{digits}f} {unit}"
+
+
+def plane_of(result, options):
+    """The plane of the crack in the coordinates asked for; the scene's where it has no tip, and then no window around one."""
+    plane = result.crack_plane(options.tip)
+    if plane is None and options.window:
+        raise ResultError(f"{result.path}: --window stands around a crack tip, and the scene has no crack tip")
+    plane = plane or CrackPlane(np.zeros(2), np.array([1.0, 0.0]), of_scene=True)
+    return plane.in_scene() if is_in_scene(result, options) else plane
+
+
+def is_in_scene(result, options):
+    """Whether a picture has the coordinates of the scene."""
+    return options.axes == "scene" or options.axes is None and result.scene.has_paths()
+
+
+def axis_labels(plane, grows=False):
+    """What the coordinates of a picture are; those along a crack that grows are from where its tip began."""
+    along_crack = f"ahead of {'where the tip began' if grows else 'the tip'} [mm]", "above crack [mm]"
+    return ("$x$ [mm]", "$y$ [mm]") if plane.of_scene else along_crack
+
+
+def default_scale(seen, window):
+    """Enlargement of displacements by which the largest is a part of the picture; they are not made smaller."""
+    width = 2 * window if window else seen.upper[0] - seen.lower[0]
+    return max(1.0, round_off(SHARE * width / seen.moved)) if seen.moved > 0 else 1.0
+
+
+def bodies_meet(result):
+    """Whether bodies may come to touch: in the first snapshot they are apart by a cell or more, or move with different velocities.
+    With displacements enlarged they would overlap, or be seen apart where they touch."""
+    first, cell = result.block("particles", 0), result.scene.cell()
+    places, body = first.points - first.point_fields["displacement"][:, :first.points.shape[1]], first.point_fields["body"]
+    parts = [body == number for number in np.unique(body)]
+    lower, upper = (np.array([extreme(places[part], axis=0) for part in parts]) for extreme in (np.min, np.max))
+    velocity = np.array([first.point_fields["velocity"][part].mean(axis=0) for part in parts])
+    joined_to, others = [0], set(range(1, len(parts)))
+    for k in joined_to:
+        near = {i for i in others if np.all(lower[i] < upper[k] + cell) and np.all(lower[k] < upper[i] + cell)
+                and np.allclose(velocity[i], velocity[k], rtol=1e-6, atol=1e-12)}
+        joined_to += near
+        others -= near
+    return bool(others)
+
+
+def extent(seen, window):
+    """Corners of what is shown [mm]."""
+    if window:
+        return seen.tip - window, seen.tip + window
+    margin = 0.02 * (seen.upper - seen.lower).max()
+    return seen.lower - margin, seen.upper + margin
+
+
+def colours(field, values, log=False):
+    """The scale of colours for a field: levels one by one, else linear or logarithmic, up to all but the largest values."""
+    if field.name == "level":
+        edges = np.arange(values.max(initial=0) + 2) - 0.5
+        return Colours(BoundaryNorm(edges, 256), "YlGnBu", 1.0, "1", "neither")
+    largest = np.abs(values).max(initial=0.0)
+    top = np.percentile(np.abs(values), MOST_SHOWN) if values.size else 0.0
+    top = top if top > 0 else largest or 1.0
+    is_over = largest > top * (1 + 1e-9)
+    factor, unit = prefixed(top, field.unit)
+    is_signed = values.size > 0 and values.min() < 0
+    if log:
+        if is_signed:
+            raise ResultError(f"{field.result.path}: --log is for fields without a sign; {field.name} has values below zero")
+        bottom = max(values[values > 0].min(initial=top), top / 10**DECADES)
+        return Colours(LogNorm(factor * min(bottom, top / 10), factor * top), "YlOrRd", factor, unit, "both")
+    if is_signed:
+        return Colours(Normalize(-factor * top, factor * top), "RdYlBu_r", factor, unit, "both" if is_over else "neither")
+    return Colours(Normalize(0.0, factor * top), "YlOrRd", factor, unit, "max" if is_over else "neither")
+
+
+class Canvas:
+    """Axes with the particles, the mesh and the cracks of one result, which `show` draws."""
+
+    def __init__(self, axes, result, field, scale, shades, options):
+        self.result, self.field, self.scale, self.shades, self.size = result, field, scale, shades, options.squares or OVERLAP
+        self.axes, self.window, self.tip = axes, options.window, options.tip
+        self.plane = plane_of(result, options)
+        self.squares = axes.add_collection(PolyCollection([], cmap=shades.map, norm=shades.norm, edgecolors="none",
+                                                          antialiased=False))
+        self.mesh = axes.add_collection(PolyCollection([], facecolors="none", edgecolors=(0, 0, 0, 0.3), linewidths=0.5,
+                                                       visible=options.mesh))
+        self.faces = axes.add_collection(LineCollection([], colors="black", linewidths=1.0, capstyle="butt"))
+        self.tips, = axes.plot([], [], "o", color="black", markersize=3)
+        across, up = axis_labels(self.plane, result.scene.count("growth") > 0)
+        axes.set(xlabel=across, ylabel=up)
+        axes.set_aspect("equal")
+        axes.grid(False)
+
+    def show(self, number):
+        """Draw a snapshot. Returns what it shows, in words."""
+        leaves, particles, cracks = self.result.leaves(number), self.result.block("particles", number), self.result.cracks(number)
+        values = self.shades.factor * self.field.values(particles, leaves)
+        fixed = anchor(self.result, particles, self.tip, number, self.window)
+        squares_of = Squares(particles, share_of_cell(self.result, leaves, particles), cracks, self.scale, self.result.scene, fixed)
+        holds = leaves.particles > 0
+        self.mesh.set_verts(self._seen(squares(leaves.lower[holds], leaves.width[holds])))
+        self._draw_particles(squares_of, values)
+        self._draw_cracks(squares_of, cracks)
+        self._follow(number)
+        words, factor = time_words(self.result, number), f"{self.scale:,g}".replace(",", "\u2009")
+        return words if self.scale == 1 else f"{words}, displacements × {factor}"
+
+    def _follow(self, number):
+        """Keep the window around the tip, which may have grown."""
+        if self.window:
+            x, y = self.result.tip_place(self.plane, self.tip, number) * MM
+            self.axes.set(xlim=(x - self.window, x + self.window), ylim=(y - self.window, y + self.window))
+
+    def _seen(self, points):
+        """Points of the scene in the coordinates of the picture, with their images [mm]."""
+        return self.plane.whole(self.plane.local(points) * MM, MM)
+
+    def _draw_particles(self, squares_of, values):
+        """The squares. At a crack with two faces that part of each is drawn that is on its side and, below them all, what of larger
+        squares is: the edges of squares may be short of the crack."""
+        divided = squares_of.divided & (not self.plane.is_symmetry)
+        groups = [(squares_of.whole(self.size, ~divided), ~divided)]
+        if divided.any():
+            groups.append((squares_of.parts(self.size, divided), divided))
+            if self.size >= 1:
+                groups.insert(0, (squares_of.parts(WIDE, divided), divided))
+        self.squares.set_verts([outline for outlines, _ in groups for outline in self._seen(outlines)])
+        shown = np.concatenate([values[chosen] for _, chosen in groups])
+        images = [-shown if self.field.is_odd else shown] if self.plane.is_symmetry else []
+        self.squares.set_array(np.concatenate([shown, *images]))
+
+    def _draw_cracks(self, squares_of, cracks):
+        """Faces, which begin as one line, and tips. On a plane of symmetry a tip stays on it."""
+        moved = [squares_of.faces(crack) for crack in cracks]
+        self.faces.set_segments([line for lines in moved for line in self._seen(lines)])
+        tips = [self._seen(lines[:1, place]).mean(axis=0) for lines, crack in zip(moved, cracks)
+                for place in (0, -1) if crack.tips[place]]
+        self.tips.set_data(*np.array(tips).reshape(-1, 2).T)
+
+
+class Squares:
+    """The squares of particles of a snapshot in the coordinates of the scene [m], with enlarged displacement.
+
+    divided   of which a crack may be in the square or beside it
+    """
+
+    def __init__(self, particles, width, cracks, scale, scene, fixed):
+        displacement, segments = particles.point_fields["displacement"][:, :2], segments_of(cracks)
+        self._width, self._segments, self._ends = width, segments, ends_of(cracks)
+        self._shift, self._gradient = scale * (displacement - fixed) + fixed, gradients(particles, scale)
+        places = particles.points - displacement
+        self.divided = near(places, WIDE * width, segments)
+        self._places = beside(places, particles.point_fields.get("side", np.zeros(len(places))), width, segments)
+        self._body, (self._lower, self._upper) = particles.point_fields["body"].astype(int) - 1, scene.bodies()
+
+    def whole(self, size, chosen):
+        """Corners, as if there were no cracks, with sides of so many shares."""
+        return self._moved(size * self._width[chosen, None, None] / 2 * AROUND, chosen)
+
+    def _moved(self, offsets, chosen):
+        """Points at offsets from the places of particles, as these move and deform."""
+        return deformed(self._places[chosen] + self._shift[chosen], offsets, self._gradient[chosen])
+
+    def parts(self, size, chosen):
+        """Outlines of what particles see of their squares past cracks; squares larger than their shares end with the body."""
+        places, body, half = self._places[chosen], self._body[chosen], size * self._width[chosen, None] / 2
+        lower, upper = np.maximum(places - half, self._lower[body]), np.minimum(places + half, self._upper[body])
+        outlines = seen_from(places, lower, upper, self._segments, self._ends, self._width[chosen])
+        return self._moved(outlines - places[:, None], chosen)
+
+    def faces(self, crack):
+        """The faces of a crack."""
+        beside = (item[self.divided] for item in (self._places, self._width, self._shift))
+        return faces(crack, *beside, self._segments, (self._lower, self._upper))
+
+
+def add_colour_bar(figure, axes, canvas):
+    """The scale of colours, with name and unit of the field, beside some axes."""
+    shades = canvas.shades
+    (left, right), (bottom, top) = canvas.axes.get_xlim(), canvas.axes.get_ylim()
+    place = {"location": "bottom", "aspect": 40, "shrink": 0.7} if top - bottom < FLAT * (right - left) else {"pad": 0.02}
+    bar = figure.colorbar(canvas.squares, ax=axes, extend=shades.extend, extendfrac=0.03, **place,
+                          label=f"{canvas.field.words} [{'–' if shades.unit == '1' else typeset(shades.unit)}]")
+    if canvas.field.name == "level":
+        bar.set_ticks(range(round(shades.norm.vmax + 0.5)))
+        bar.minorticks_off()
+    return bar
