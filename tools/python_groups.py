@@ -22,7 +22,7 @@ HEAD = '''"""The groups of a model and their keys, for editors and checkers of t
 from collections.abc import Sequence
 from typing import Literal
 
-from .namelist import Group, GroupList
+from .namelist import Group, GroupList, RunGroup
 '''
 
 
@@ -33,7 +33,7 @@ def main():
     table = key_table()
     print(HEAD, end="")
     for name, group in table.items():
-        print(f"\n\nclass {class_name(name)}(Group):")
+        print(f"\n\nclass {class_name(name)}({'RunGroup' if name == 'run' else 'Group'}):")
         print(f'    """{sentence(group["meaning"])}"""\n')
         for key in group["keys"].values():
             if iskeyword(key["key"]):

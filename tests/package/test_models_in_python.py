@@ -1,12 +1,16 @@
 """`Scene`: models read, changed, checked and written; keys as the program has them; mistakes told apart."""
 
+import concurrent.futures
 import copy
 import json
+import multiprocessing
 import pickle
 import re
 import subprocess
 import sys
 
+import numpy as np
+import pandas
 import pytest
 
 import hampm as package
@@ -37,6 +41,75 @@ def test_models_and_errors_go_to_other_processes(plate, again):
         other.check()
     told = again(refused.value)
     assert (str(told), told.messages, told.exit_code) == (str(refused.value), refused.value.messages, 2) and "cell = -1" in str(told)
+
+
+def solved(scene):
+    """K_I of a model, in a process of a pool."""
+    return scene.run(output=f"poisson {scene.material[0].poisson}", progress=False).value("K_I")[0]
+
+
+@pytest.mark.parametrize("pool", [multiprocessing.Pool, concurrent.futures.ProcessPoolExecutor])
+def test_models_run_in_a_pool(plate, tmp_path, monkeypatch, pool):
+    monkeypatch.chdir(tmp_path)
+    cases = [plate.with_settings({"material.poisson": poisson}) for poisson in (0.2, 0.3)]
+    with pool(2) as workers:
+        found = list(workers.map(solved, cases))
+    assert found == [pytest.approx(package.History(tmp_path / f"poisson {poisson}/plate.h5").value("K_I")[0]) for poisson in (0.2, 0.3)]
+
+
+@pytest.mark.parametrize("points", [np.array([[-4.1e-3, -1.3e-3], [3.7e-3, 2.2e-3]]), [(-4.1e-3, -1.3e-3), (3.7e-3, 2.2e-3)], zip((-4.1e-3, 3.7e-3), (-1.3e-3, 2.2e-3)),
+                                    pandas.DataFrame({"x": [-4.1e-3, 3.7e-3], "y": [-1.3e-3, 2.2e-3]}), np.array([-4.1e-3, -1.3e-3, 3.7e-3, 2.2e-3])])
+def test_points_are_arrays_or_pairs(plate, points):
+    """Or flat, as the namelist has them; numbers of numpy are numbers."""
+    other = plate.copy()
+    other.crack[0].set(points=points)
+    other.grid.set(cell=np.float64(2e-3), cells=np.array([12, 14], dtype=np.int32))
+    assert other == plate and repr(other) == repr(plate) and all(type(value) is float for value in other.crack[0].points)
+    assert package.Scene(text=repr(other)) == plate
+
+
+def test_messages_name_the_line_that_the_user_has_written(plate, tmp_path):
+    """Of the namelist where a key is of it, else of the program in Python; never that of a file that nobody has written."""
+    plate.run.title = "another"
+    plate.load[1].kind = "pull"; here = sys._getframe().f_lineno   # noqa: E702
+    plate.material.add(name="stone", young=-1.0); there = sys._getframe().f_lineno   # noqa: E702
+    del plate.body[0].upper
+    for action in (plate.check, plate.copy().check, plate.run):
+        with pytest.raises(package.ModelError) as error:
+            action()
+        found = {(m.file, m.line, m.group, m.key) for m in error.value.messages}
+        assert {(__file__, here, "load", "kind"), (__file__, there, "material", "young"), (__file__, there, "material", "density")} <= found, error.value
+        assert {file for file, *_ in found} <= {__file__, str(plate.path)}
+    plate.load[1].kind, plate.crack[0].kind = "traction", "plane"
+    del plate.material[1]
+    plate.body[0].upper = 12e-3, 12e-3
+    plate.grid.cell = None
+    with pytest.raises(package.ModelError) as error:
+        plate.check()
+    assert f"{plate.path}:2: &grid" in str(error.value)
+
+
+def test_a_result_is_replaced_only_with_force(plate, tmp_path):
+    """As by the command."""
+    first = plate.run(output=tmp_path, progress=False)
+    before = first.path.stat().st_mtime_ns
+    for again in (plate.run, lambda **options: package.run(plate, **options)):
+        with pytest.raises(package.FileError, match="there is a result"):
+            again(output=tmp_path, progress=False)
+    assert first.path.stat().st_mtime_ns == before
+    assert package.compare(first, plate.run(output=tmp_path, progress=False, force=True, settings={"run.title": "b"}), exact=True)
+    assert first.path.stat().st_mtime_ns > before and plate.run.title == "a crack in a plate"
+
+
+def test_a_model_is_drawn_before_it_runs(plate):
+    """What is drawn is the model as it is, changed or not; a wrong one is refused in the words of check()."""
+    assert [line.get_xydata().tolist() for line in plate.sketch().axes[0].lines if line.get_xydata().shape == (2, 2)][0] == [[-4.1e-3, -1.3e-3], [3.7e-3, 2.2e-3]]
+    plate.crack[0].points = [(-5.1e-3, 1e-3), (4e-3, 1.5e-3)]
+    figure = plate.sketch(grid=True, size="84mm")
+    assert [-5.1e-3, 1e-3] in np.concatenate([line.get_xydata() for line in figure.axes[0].lines]).tolist()
+    plate.grid.cell = -1.0
+    with pytest.raises(package.ModelError, match=re.escape(__file__)):
+        plate.sketch()
 
 
 @pytest.mark.parametrize(("change", "said"), [
@@ -176,7 +249,7 @@ def test_an_error_is_asked(plate, tmp_path):
         assert all(history[f"{quantity}_error{tip}"][-1] <= error * abs(history[f"{quantity}{tip}"][-1]) for tip in ("", "_tip2"))
     assert len(plate.accuracy) == 0
     with pytest.raises(package.ComputationError, match="not reached"):
-        package.run(plate, output=tmp_path, progress=False, accuracy={"K_I": 1e-12})
+        package.run(plate, output=tmp_path, progress=False, force=True, accuracy={"K_I": 1e-12})
 
 
 def test_an_error_is_asked_of_a_sweep(plate, tmp_path):

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from typing import Literal
 
-from .namelist import Group, GroupList
+from .namelist import Group, GroupList, RunGroup
 
 
-class Run(Group):
+class Run(RunGroup):
     """What is computed, and for how long."""
 
     title: str | None

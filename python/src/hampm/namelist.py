@@ -1,27 +1,55 @@
 """Groups of a namelist and their keys."""
 
-from collections.abc import Iterator
+import re
+import sys
+from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
-from typing import Any, SupportsIndex, TypeVar
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex, TypeVar
+
+if TYPE_CHECKING:
+    from .history import History
+    from .scene import Scene
 
 G = TypeVar("G", bound="Group")
+PACKAGE = str(Path(__file__).parent)
+ASIDE = re.compile(r"'(?:[^']|'')*'|\"(?:[^\"]|\"\")*\"|![^\n]*")          # texts and comments
+TOKEN = re.compile(r"&(\w+)|(?<![\w%])([a-z]\w*)\s*(?:\([^()]*\)\s*)?=|/", re.IGNORECASE)
+
+
+class Place(NamedTuple):
+    """Where a user has written something: a line of a file."""
+
+    file: str
+    line: int | None = None
 
 
 class Group:
     """A group of a namelist: its keys are attributes, and items.
 
     Keys of the program that the model does not set are None: they have the defaults of `hampm --keys`. To set a key to None unsets it.
+    Points are arrays (n, 2), pairs, or one number behind the other.
     """
 
-    __slots__ = ("_values", "_name", "_keys")
+    __slots__ = ("_values", "_name", "_keys", "_places")
 
     _values: dict[str, Any]
     _name: str
     _keys: dict[str, Any]
+    _places: dict[str, Place]     # where its keys have been set, and under "" where it begins
 
     def __init__(self, name: str, keys: dict[str, Any], values: dict[str, Any]):
-        for slot, value in (("_name", name), ("_keys", keys), ("_values", values)):
+        for slot, value in (("_name", name), ("_keys", keys), ("_values", values), ("_places", {"": _place_of_caller()})):
             object.__setattr__(self, slot, value)
+
+    def _copy(self: G, scene: Any) -> G:
+        """A copy in another scene."""
+        other = object.__new__(type(self))
+        values = {key: list(value) if isinstance(value, list) else value for key, value in self._values.items()}
+        own = {"_scene": scene} if isinstance(self, RunGroup) else {}
+        other.__setstate__((None, {"_name": self._name, "_keys": self._keys, "_values": values, "_places": dict(self._places)} | own))
+        return other
 
     def __setstate__(self, state: tuple[None, dict[str, Any]]) -> None:
         """A copy, or what comes from another process: slots are set as they are, not as keys."""
@@ -47,7 +75,8 @@ class Group:
         if is_null(value):
             self._values.pop(key, None)
         else:
-            self._values[key] = plain(value)
+            self._values[key] = flat(value)
+            self._places[key] = _place_of_caller()
 
     def __getitem__(self, key: str) -> Any:
         try:
@@ -89,6 +118,19 @@ class Group:
         return f"&{self._name} " + "  ".join(f"{key} = {shown(value)}" for key, value in self.items()) + " /"
 
 
+class RunGroup(Group):
+    """The group &run, which runs the model where it is called."""
+
+    __slots__ = ("_scene",)
+
+    _scene: "Scene"
+
+    def __call__(self, *, force: bool = False, **options: Any) -> "History":
+        """Run the model to its end, as `hampm.run` does with these options, and read its history. An old result is replaced with `force` only."""
+        from .running import run
+        return run(self._scene, force=force, **options)
+
+
 class GroupList(list[G]):
     """The groups of one name, in their order. `add(key=value, ...)` appends one."""
 
@@ -114,9 +156,39 @@ def is_null(value: Any) -> bool:
 
 
 def plain(value: Any) -> Any:
-    """A value of numpy or a tuple as f90nml writes it."""
-    value = value.tolist() if hasattr(value, "tolist") else value
-    return [plain(item) for item in value] if isinstance(value, (list, tuple)) else value
+    """A value as f90nml writes it: numbers of numpy as those of Python, arrays, tuples and ranges as lists, paths as text."""
+    value = value.__array__().tolist() if hasattr(value, "__array__") else fspath(value) if isinstance(value, PathLike) else value
+    return [plain(item) for item in value] if isinstance(value, Iterable) and not isinstance(value, (str, bytes, dict)) else value
+
+
+def flat(value: Any) -> Any:
+    """A value of a key: rows of an array, such as points, stand one behind the other."""
+    value = plain(value)
+    return [part for item in value for part in (flat(item) if isinstance(item, list) else [item])] if isinstance(value, list) else value
+
+
+def places(text: str, file: str) -> list[dict[str, Place]]:
+    """Where keys of each group of a namelist stand, and under "" where it begins."""
+    found: list[dict[str, Place]] = []
+    is_within = False
+    text = ASIDE.sub(lambda aside: re.sub(r"[^\n]", " ", aside[0]), text)
+    for token in TOKEN.finditer(text):
+        group, key = token.groups()
+        place = Place(file, text.count("\n", 0, token.start()) + 1)
+        if group and not is_within:
+            found.append({"": place})
+        elif key and is_within:
+            found[-1].setdefault(key.lower(), place)
+        is_within = bool(group) or bool(key) and is_within
+    return found
+
+
+def _place_of_caller() -> Place:
+    """The line outside of this package that is carried out."""
+    frame = sys._getframe(1)
+    while frame.f_back and frame.f_code.co_filename.startswith(PACKAGE):
+        frame = frame.f_back
+    return Place(frame.f_code.co_filename, frame.f_lineno)
 
 
 def shown(value: Any) -> str:

@@ -22,7 +22,7 @@ PART = re.compile(r" *([\d.]+)% ")
 
 
 def run(scene: Scene | str | Path, *, output: str | Path | None = None, threads: int = 0, resume: bool = False,
-        progress: bool | Callable[[float], None] = True, force: bool = True, settings: dict[str, Any] | None = None, time_limit: float | None = None,
+        progress: bool | Callable[[float], None] = True, force: bool = False, settings: dict[str, Any] | None = None, time_limit: float | None = None,
         accuracy: Mapping[str, float] | None = None, program: str | Path | None = None) -> History:
     """Run a model to its end, and read its history.
 
@@ -31,7 +31,7 @@ def run(scene: Scene | str | Path, *, output: str | Path | None = None, threads:
     threads     0: as many as are of use
     resume      go on from the checkpoint of a run that was stopped or killed, where there is one, else begin
     progress    show how far it is; or a function that is called with the part of the time that is done, from 0 to 1
-    force       replace an old result
+    force       replace an old result; without it that is a `FileError`, as of the command
     settings    {"grid.cell": 1e-3, "load(2).force": (0, 1)}: keys with values in place of those of the model
     time_limit  wall time [s] after which it stops with a checkpoint
     accuracy    {"K_I": 0.01}: errors that columns may have at most, as parts of their values: what the model leaves out of cells, levels and steps is

@@ -3,19 +3,22 @@
 import json
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .errors import FileError, HampmWarning, Message, error_of
 from .groups import Groups
-from .namelist import Group, GroupList, shown
+from .namelist import Group, GroupList, RunGroup, places, shown
 from .program import call, find_program, key_table, messages_of
 from .schema import mistakes
 from .tables import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 OWN = "path", "program", "_entries", "_implied"   # attributes of a scene that are no groups
 
@@ -26,7 +29,7 @@ class Scene(Groups):
     Its groups are attributes: `scene.grid.cell = 1e-3`, and lists of those that may stand several times: `scene.load[0].force`,
     `scene.load.add(kind="traction", ...)`. A group that is not there is added when it is asked for; one that stays empty is not written. Numbers are in SI units.
     Which groups and keys there are is what `hampm --keys --json` says; others are an `AttributeError` at once, and values that are not
-    allowed a `ModelError` of `check()`.
+    allowed a `ModelError` of `check()`. The group &run can be called, too: `scene.run(output="results")` runs the model, as `hampm.run` does.
 
     path     of the namelist that was read, None where there is none
     program  the program that checks and runs the model; None: the one that `find_program` finds, by the dimensions of its grid
@@ -42,8 +45,12 @@ class Scene(Groups):
                 text = self.path.read_text()
             except UnicodeDecodeError as error:
                 raise FileError([Message("not a text", file=str(self.path))]) from error
-        for name, values in _read(text or "", path or "text"):
-            self.add(name, **values)
+        groups = _read(text or "", path or "text")
+        found = places(text or "", str(path or "text"))
+        for number, (name, values) in enumerate(groups):
+            group = self.add(name, **values)
+            if len(found) == len(groups):
+                object.__setattr__(group, "_places", found[number])
 
     @classmethod
     def template(cls, program: str | Path | None = None) -> "Scene":
@@ -86,7 +93,9 @@ class Scene(Groups):
             raise AttributeError(_unknown_group(name, known))
         if self._groups_of(name) and not known[name]["repeats"]:
             raise AttributeError(f"&{name} may stand only once, and is there")
-        group = Group(name, known[name]["keys"], {}).set(**values)
+        group = (RunGroup if name == "run" else Group)(name, known[name]["keys"], {}).set(**values)
+        if isinstance(group, RunGroup):
+            object.__setattr__(group, "_scene", self)
         self._entries.append(group)
         return group
 
@@ -114,9 +123,15 @@ class Scene(Groups):
 
     def copy(self) -> "Scene":
         """A copy, which changes by itself."""
-        other = Scene(text=str(self), program=self.program)
+        other = Scene(program=self.program)
         other.path = self.path
+        pairs = [(group, group._copy(other)) for group in self._entries]
+        other._entries = [copied for _, copied in pairs]
+        other._implied = [copied for group, copied in pairs if any(group is one for one in self._implied)]
         return other
+
+    def __deepcopy__(self, memo: object) -> "Scene":
+        return self.copy()
 
     def dimensions(self) -> int:
         """3 for a solid, whose grid has three numbers of cells, or whose bodies have places of three, else 2."""
@@ -140,26 +155,49 @@ class Scene(Groups):
     def check(self, warn: bool = True) -> "Check":
         """Let `hampm --check --json` look at the model, and tell what a run would do and need. Raises `ModelError` with all mistakes.
 
-        Lines of messages are those of the file that was read, or where the model has been changed since those of its text, `print(scene)`."""
+        Messages name the line in which the user has set a key, of the namelist that was read or of a program in Python."""
         with TemporaryDirectory() as place:
-            file = self.path
-            if file is None or not self.is_as_read():
-                file = Path(place) / "model"
-                file.write_text(str(self))
+            file = self._write_for(place)
             code, text, said = call(["--check", "--json", file], self.found_program())
         try:
             told = json.loads(text)
         except ValueError:
             raise error_of(code, messages_of(said)[0]) from None
         for kind in ("errors", "warnings", "notes"):
-            told[kind] = [Message(**{**item, "file": str(self.path or "model") if file == self.path else "model"} if "file" in item else item)
-                          for item in told.get(kind, ())]
+            told[kind] = [self._located(Message(**item), file) for item in told.get(kind, ())]
         if not told["valid"]:
             raise error_of(code, told["errors"])
         if warn:
             for message in told["warnings"]:
                 warnings.warn(str(message), HampmWarning, stacklevel=2)
         return Check(**{name: told[name] for name in Check.__dataclass_fields__ if name in told})
+
+    def sketch(self, **options: Any) -> "Figure":
+        """A figure of bodies, cracks, supports and loads, before any run: `hampm.plot("sketch", ...)` with its options, such as grid=True."""
+        from .plots import plot
+        self.check(warn=False)
+        with TemporaryDirectory() as place:
+            return plot("sketch", self._write_for(place), **options)
+
+    def _write_for(self, folder: str) -> Path:
+        """The file of a model that is as it was read, else one in a folder."""
+        if self.path is not None and self.is_as_read():
+            return self.path
+        file = Path(folder) / "model.nml"
+        file.write_text(str(self))
+        return file
+
+    def _located(self, message: Message, file: Path) -> Message:
+        """A message on the file of the model, where the user has written what it is about."""
+        if file == self.path or message.file != str(file):
+            return message
+        begins = [number for number, line in enumerate(str(self).splitlines(), 1) if line.startswith("&")]
+        number = sum(begin <= (message.line or 0) for begin in begins)
+        if number == 0:
+            return replace(message, file=str(self.path or "the model"), line=None)
+        found = self._written()[number - 1]._places
+        place = found.get(message.key.partition("(")[0].lower()) or found[""]
+        return replace(message, file=place.file, line=place.line)
 
     def mistakes(self) -> list[Message]:
         """What keys break by themselves, by the JSON schema of models, without the program; `check()` tells all mistakes, and where they stand."""

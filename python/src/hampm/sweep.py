@@ -17,7 +17,7 @@ from .batch.declaration import OWN_KEY, Declaration, named
 from .batch.progress import begin_to_count
 from .errors import HampmError, ResultError
 from .history import History, error_name
-from .namelist import plain, shown
+from .namelist import flat, plain, shown
 from .program import find_program, key_table
 from .scene import Scene
 from .tables import Table
@@ -52,7 +52,7 @@ class Sweep:
         if accuracy:
             self.scene = self.scene.with_accuracy(accuracy)
         self.output, self.program = Path(output).resolve(), program or self.scene.program
-        given = [{key: plain(value) for key, value in settings.items()} for settings in (_combined(values) if isinstance(values, Mapping) else values)]
+        given = [{key: flat(value) for key, value in settings.items()} for settings in (_combined(values) if isinstance(values, Mapping) else values)]
         texts: list[dict[str, str]] = []
         for settings in given:
             self.scene.with_settings(settings)   # raises where a key is not there
