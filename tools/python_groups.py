@@ -4,9 +4,14 @@ schema of models as f90nml reads them, of the plane and of solids:
 
     .venv/bin/python tools/python_groups.py > python/src/hampm/groups.py
     .venv/bin/python tools/python_groups.py --schema > python/src/hampm/model.schema.json
+
+Or the columns of results, of the tables of docs/reference/results.md:
+
+    .venv/bin/python tools/python_groups.py --columns > python/src/hampm/columns.json
 """
 
 import json
+import re
 import sys
 from keyword import iskeyword
 from pathlib import Path
@@ -15,6 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python/src"))
 
 from hampm.program import SOLID, find_program, key_table  # noqa: E402
 
+PAGE = Path(__file__).resolve().parents[1] / "docs/reference/results.md"
 LATTICE = "grid"        # the group that a model needs unless its errors are asked: then it may be chosen
 TYPES = {"real": "float", "integer": "int", "logical": "bool", "text": "str"}
 HEAD = '''"""The groups of a model and their keys, for editors and checkers of types: what `hampm --keys --json` says, printed by tools/python_groups.py."""
@@ -29,6 +35,9 @@ from .namelist import Group, GroupList, RunGroup
 def main():
     if sys.argv[1:] == ["--schema"]:
         print(in_lines(schema_of(key_table(), key_table(find_program(dimensions=SOLID))), 4))
+        return
+    if sys.argv[1:] == ["--columns"]:
+        print("[\n " + ",\n ".join(json.dumps(column, ensure_ascii=False) for column in columns_of(PAGE.read_text())) + "\n]")
         return
     table = key_table()
     print(HEAD, end="")
@@ -68,6 +77,28 @@ def about(key):
         words.append(key["allowed"])
     words.append("required" if key["required"] else "no default" if key["default"] in (None, []) else f"default {key['default']!r}")
     return "; ".join(words).replace("\\", "")
+
+
+# --- the columns of results ---------------------------------------------------------------------------------------------
+
+def columns_of(page):
+    """Name, unit, meaning and where it is recorded of each column in the tables of a page. Those of fronts, which have names of histories, come last."""
+    found = {}
+    for head, table in re.findall(r"^(\|[^\n]*column[^\n]* \| units \|[^\n]*|\| of solids \| units \|[^\n]*)\n\|[-|]+\n((?:\|[^\n]*\n)+)", page, re.MULTILINE):
+        before = ""
+        for row in table.splitlines():
+            names, unit, meaning, recorded = (cell.strip() for cell in row.strip("|").split(" | "))
+            before = recorded = re.sub("^the same", lambda _: before, recorded)
+            for name in [*re.findall(r"`(\w[\w<>]*)`", names), *also(names + recorded, head)]:
+                found.setdefault((head.startswith("| of solids"), re.sub(r"^J_\d$", "J_[0-9]+", name)),
+                                 {"unit": unit, "meaning": re.sub("mode I$", f"mode {name.split('_')[-1]}", meaning) if name in also(names + recorded, head) else meaning, "recorded": re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", recorded).replace("`", "")})
+    return [{"name": name} | about for (_, name), about in sorted(found.items(), key=lambda item: item[0][0])]
+
+
+def also(words, head):
+    """Further names in a row of solids: "so K_II and K_III", "so y and z"."""
+    found = re.search(r"so ([\w_]+) and ([\w_]+)", words) if head.startswith("| of solids") else None
+    return found.groups() if found else ()
 
 
 # --- the JSON schema ----------------------------------------------------------------------------------------------------

@@ -14,8 +14,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .columns import Column as Column, describe as describe
     from .comparison import Comparison as Comparison, Tolerance as Tolerance, compare as compare
-    from .errors import (ComputationError as ComputationError, FileError as FileError, HampmError as HampmError, HampmWarning as HampmWarning,
+    from .errors import (ColumnError as ColumnError, ComputationError as ComputationError, FileError as FileError, HampmError as HampmError, HampmWarning as HampmWarning,
                          Message as Message, ModelError as ModelError, ResultError as ResultError, Stopped as Stopped)
     from .extrapolation import Extrapolation as Extrapolation, extrapolate as extrapolate
     from .history import History as History
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
 __version__ = "2.0.0"
 
 # Modules are read when something of them is asked for first: scripts that run thousands of cases have no time for what they do not use
-_MODULES = {"comparison": ("Comparison", "Tolerance", "compare"),
-            "errors": ("ComputationError", "FileError", "HampmError", "HampmWarning", "Message", "ModelError", "ResultError", "Stopped"),
+_MODULES = {"columns": ("Column", "describe"), "comparison": ("Comparison", "Tolerance", "compare"),
+            "errors": ("ColumnError", "ComputationError", "FileError", "HampmError", "HampmWarning", "Message", "ModelError", "ResultError", "Stopped"),
             "extrapolation": ("Extrapolation", "extrapolate"), "history": ("History",), "plots": ("plot",), "program": ("find_program", "key_table"), "running": ("run",),
             "scene": ("Check", "Scene"), "snapshots": ("Snapshots",), "sweep": ("Sweep",)}
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}

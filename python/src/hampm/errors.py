@@ -14,6 +14,12 @@ class ResultError(Exception):
         self.exit_code = exit_code
 
 
+class ColumnError(ResultError, KeyError):
+    """A column that is not there."""
+
+    __str__ = Exception.__str__
+
+
 def printable(text: object, keep: str = "") -> str:
     """A text without what a terminal takes for a command: what does not print, such as an end of a line that is not to be kept, is a question mark."""
     return "".join(letter if letter.isprintable() or letter in keep else "?" for letter in str(text))

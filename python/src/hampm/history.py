@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from copy import copy
+from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .former_names import ATTRIBUTES, column
 from .arrays import Array
-from .errors import UNREADABLE, ResultError, printable
+from .errors import UNREADABLE, ColumnError, ResultError, printable
 from .stored import Stored, opened
 from .tables import Table
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+    from matplotlib.figure import Figure
 
 ERROR = "_error"          # what the name of a column ends in, but for its tip, that holds the estimated error of another one
 OF_TIP = re.compile(r"(_(?:tip|front)\d+)?$")
@@ -52,8 +54,9 @@ def is_error(name: str) -> bool:
     return OF_TIP.sub("", name).endswith(ERROR)
 
 
-class History:
-    """Columns, units and attributes of `/history` of one result file.
+class History(Mapping[str, Array]):
+    """Columns, units and attributes of `/history` of one result file: a mapping of names to samples, `history["K_I"]`, which are attributes,
+    too, `history.K_I`. A column that is not there is a `KeyError`, as a `ResultError`.
 
     columns     name -> samples, as stored
     units       name -> unit, '1' where none is given
@@ -113,8 +116,7 @@ class History:
         for pattern in patterns:
             matching = [name for name in self.columns if matches(name, pattern)]
             if not matching:
-                raise ResultError(f"{self.path}: no column '{pattern}' in /history; "
-                                  f"it has {', '.join(self.columns)}")
+                raise ColumnError(f"{self.path}: no column '{pattern}' in /history; it has {', '.join(self.columns)}")
             chosen.update(dict.fromkeys(matching))
         return list(chosen)
 
@@ -178,15 +180,71 @@ class History:
         return frame
 
     def to_xarray(self) -> "xarray.Dataset":
-        """The columns as an `xarray.Dataset` with the coordinate `time` [s], each with its `units` and `long_name`."""
+        """The columns as an `xarray.Dataset` with the coordinate `time` [s], each with its `units` and `long_name`; `ancillary_variables` of a column
+        names the variable of its estimated error, as the conventions of CF do."""
         import xarray
-        about = {name: {"units": self.units[name], "long_name": self.long_names[name]} for name in self.columns}
+        about = {name: {"units": self.units[name], "long_name": self.long_names[name]} | ({"ancillary_variables": error} if error else {})
+                 for name, error in ((name, self.error_of(name)) for name in self.columns)}
         return xarray.Dataset({name: ("time", values, about[name]) for name, values in self.columns.items() if name != "time"},
                               coords={"time": ("time", self.times, about["time"])}, attrs=dict(self.attributes))
+
+    def front(self, number: int = 1, arc: Array | Iterable[float] | None = None) -> "xarray.Dataset":
+        """Values along the front of a crack in a solid at all times: G, K and the rest over `time` and `point`, with the way along the front, `arc` [m], and
+        places as coordinates; or over `time` and the ways that are given, linear between points."""
+        import xarray
+        ending = "" if number == 1 else f"_front{number}"
+        with opened(self.path) as stored:
+            names = {name.removesuffix(ending): name for name in stored.names("front") if name.endswith(ending) and "_front" not in name.removesuffix(ending)}
+            if "arc" not in names:
+                raise ResultError(f"{self.path}: has no values along a front {number}")
+            values = {name: stored.numbers(f"front/{own}", dims=2) for name, own in names.items()}
+            about = {name: stored.attributes(f"front/{own}", texts=("units", "long_name")) for name, own in names.items()}
+        places = [name for name in ("arc", "x", "y", "z") if name in values]
+        dims = "time", "point"
+        if arc is not None:
+            at = np.asarray(list(arc), dtype=float)
+            values = {name: np.array([_between(at, ways, row) for ways, row in zip(values["arc"], rows)]) for name, rows in values.items()} | {"arc": at}
+            dims = "time", "arc"
+        data: dict[str, Any] = {name: (dims if array.ndim == 2 else "arc", array, {key: about[name][key] for key in ("units", "long_name") if key in about[name]})
+                                for name, array in values.items()}
+        return xarray.Dataset({name: item for name, item in data.items() if name not in places},
+                              coords={"time": ("time", self.times, {"units": "s"})} | {name: data[name] for name in places}, attrs={"front": number})
+
+    def plot(self, *columns: str, **options: Any) -> "Figure":
+        """A figure of columns over the time, * and ? allowed, each unit below the other; of G where none is named. Options are those of
+        `hampm plot g`, such as errors=True, x="crack_length", style="paper", size="84mm"."""
+        from .plots import plot
+        return plot("g", self, **{"column": columns} | options)
 
     def __getitem__(self, name: str) -> Array:
         """Samples of a column."""
         return self.columns[self.select([name])[0]]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+    __eq__ = object.__eq__       # the same history, not one of equal arrays
+    __hash__ = object.__hash__
+
+    def __getattr__(self, name: str) -> Array:
+        if name.startswith("_") or name == "columns":
+            raise AttributeError(name)
+        if name not in self.columns:
+            close = get_close_matches(name, self.columns, 1)
+            raise AttributeError(f"{self.path}: no column '{name}' in /history" + (f"; did you mean '{close[0]}'?" if close else ""))
+        return self.columns[name]
+
+    def __dir__(self) -> list[str]:
+        return [*self.columns, *object.__dir__(self)]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.columns)
 
     def value(self, name: str, part: float = 0.1) -> tuple[float, float | None]:
         """(mean, estimated error) of a column over the last part of the run, in its unit; the error is None where there is none."""
@@ -212,6 +270,12 @@ class History:
         head = escape(repr(self).partition("\n")[0])
         motion = f"<p>{escape(self.motion())}</p>" if self.is_moving() else ""
         return f"<p>{head}</p>{self.table()._repr_html_()}{motion}{small_picture(self)}" if self.times.size else f"<p>{head}</p>"
+
+
+def _between(at: Array, ways: Array, values: Array) -> Array:
+    """Values at ways along a front, linear between its points; not a number beyond its ends."""
+    known = np.isfinite(ways) & np.isfinite(values)
+    return np.interp(at, ways[known], values[known], left=np.nan, right=np.nan) if known.any() else np.full(at.shape, np.nan)
 
 
 def small_picture(history: History) -> str:

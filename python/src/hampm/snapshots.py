@@ -8,19 +8,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import UNREADABLE, ResultError, printable
+from .errors import UNREADABLE, ColumnError, ResultError, printable
 from .stored import Stored, opened
 from .stored_model import FAR, StoredModel
 
 if TYPE_CHECKING:
     import pyvista
     import xarray
+    from matplotlib.figure import Figure
 
 POINTS = {"particles": (1,), "mesh": (4, 9), "cracks": (2,)}   # of a cell
 OF_SOLIDS = {"particles": (1,), "mesh": (8,), "fronts": (2,)}
 COMPONENTS = {"displacement": 1, "velocity": 1, "deformation_gradient": 2}   # powers of the dimensions, at least
 COUNTED = ("id", "body", "level", "particles", "crack", "tip", "piece", "front")   # fields of whole numbers from 0 on
 DEEPEST = 40    # level of a cell
+CLOSE = 1e-9    # part by which times may differ that are the same
 
 
 class Block(NamedTuple):
@@ -70,8 +72,11 @@ class Snapshots:
         return printable(self.path.stem)
 
     def number(self, snapshot: int | None = None, time: float | None = None) -> int:
-        """Number of a snapshot, counted from 0, from the end where negative, or of the one nearest to a time [s]; else of the last."""
+        """Number of a snapshot, counted from 0, from the end where negative, or of the one nearest to a time [s], which is of the run; else of the last."""
         if time is not None:
+            beyond = np.diff(self.times).max(initial=0.0)     # the run goes on to its next snapshot at most
+            if not self.times[0] - beyond <= time <= self.times[-1] + beyond:
+                raise ResultError(f"{self.path}: has no snapshot near {time:g} s; they are from {self.times[0]:g} to {self.times[-1]:g} s")
             return int(np.argmin(np.abs(self.times - time)))
         number = -1 if snapshot is None else snapshot
         if not -len(self) <= number < len(self):
@@ -103,6 +108,21 @@ class Snapshots:
         return xarray.Dataset(data, coords={axis: ("point", places, {"units": "m"}) for axis, places in zip(axes, found.points.T)} |
                               {"axis": axes, "time": ((), self.times[number], {"units": "s"})},
                               attrs={"block": block, "snapshot": number})
+
+    def sel(self, time: float, method: str | None = None, block: str = "particles") -> xarray.Dataset:
+        """The snapshot of a time [s], as `sel` of xarray: of just this time, or with method = "nearest" the one nearest to it. Before the first and behind the
+        last there is none."""
+        number = int(np.argmin(np.abs(self.times - time)))
+        is_within = self.times[0] <= time <= self.times[-1]
+        if method not in (None, "nearest") or not (is_within and method == "nearest" or np.isclose(self.times[number], time, rtol=CLOSE, atol=0)):
+            raise ColumnError(f"{self.path}: has no snapshot at {time:g} s; " + (f"method '{method}' is not known: use 'nearest'" if method not in (None, "nearest")
+                              else f"method='nearest' takes that of {self.times[number]:g} s" if is_within else f"they are from {self.times[0]:g} to {self.times[-1]:g} s"))
+        return self.to_xarray(block, snapshot=number)
+
+    def plot(self, field: str = "energy_density", **options: Any) -> Figure:
+        """A figure of the particles coloured by a field. Options are those of `hampm plot field`, such as time=1e-4, scale=100, window=5."""
+        from .plots import plot
+        return plot("field", self, field=field, **options)
 
     def to_pyvista(self, snapshot: int | None = None, time: float | None = None) -> pyvista.MultiBlock:
         """A snapshot as a `pyvista.MultiBlock` of `particles`, `mesh` and perhaps `cracks` or `fronts`, as ParaView shows it."""

@@ -9,6 +9,7 @@ import re
 from pathlib import Path
 
 from .growing_tips import add_mean_speeds, columns_over_time
+from ..columns import symbol as words
 from ..errors import ResultError
 from ..history import OF_TIP, History, is_error
 from ..scripts import Parser
@@ -20,7 +21,6 @@ import numpy as np
 
 WIDE, THIN = 2.4, 1.2  # width of the first curve of a panel and of the last, so that each can be seen below others that coincide with it
 ALONE = 1.5            # width of a curve that is alone
-SYMBOL = re.compile(r"(G|J|K)(?:_(.*?))??(?:_(I{1,2}|\d+))?(_tip\d+)?$")
 UNIT_WORDS = {"J/m2": "energy release rate", "Pa m^0.5": "stress intensity factor", "m": "length", "J": "energy", "N": "force",
               "m/s": "speed"}
 MODE_AND_TIP = re.compile(r"(_I{1,2})?(_tip\d+)?$")
@@ -283,16 +283,3 @@ def coloured(parts, dashed=()):
     hues, kinds = (list(dict.fromkeys(values)) for values in zip(*parts))
     kinds = list(dashed) or kinds
     return [(COLOURS[hues.index(hue) % len(COLOURS)], DASHES[kinds.index(kind) % len(DASHES)]) for hue, kind in parts]
-
-
-def words(column):
-    """A column as it is written in a picture: K_I -> $K_{\\mathrm{I}}$, G_vcct_I_tip2 -> $G_{\\mathrm{I}}$ VCCT, tip 2."""
-    tip = OF_TIP.search(column)[0]
-    found = SYMBOL.match(column)
-    if found and not is_error(column):
-        symbol, more, part, _ = found.groups()
-        shown = f"${symbol}_{{\\mathrm{{{part}}}}}$" if part else f"${symbol}$"
-        shown += " " + more.replace("_", " ").replace("vcct", "VCCT") if more else ""
-    else:
-        shown = column.removesuffix(tip).replace("_", " ")
-    return shown + tip.replace("_tip", ", tip ")
