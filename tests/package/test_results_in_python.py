@@ -283,12 +283,16 @@ def test_the_page_of_python_runs(tmp_path, monkeypatch):
     for module in ("pandas", "xarray", "pyvista"):
         pytest.importorskip(module)
     names = {}
+    (tmp_path / "input").mkdir()
+    shutil.copy(DCB, tmp_path / "input")
     for block in re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/how-to/python.md").read_text(), re.MULTILINE | re.DOTALL):
         exec(block, names)
     assert len(names["table"]) == 12 and not names["sweep"].failures and (tmp_path / "angles.png").stat().st_size > 5000
     for k, angle in enumerate(names["angles"]):
         for name in ("K_I", "K_II"):
             assert abs(names["limits"][k].values[name]) / names["scale"] == pytest.approx(names["theory"][name][k] / names["scale"], abs=0.03), (name, angle)
+    assert names["found"].value == pytest.approx(np.degrees(np.arccos(np.sqrt(0.7 / 1.0175))), abs=3) and names["half"].time == 1
+    assert names["fit"].values == {"material.young": pytest.approx(73e9, rel=2e-3), "material.density": pytest.approx(2700, rel=2e-3)}
     across = names["limits"][0]
     assert across.values["K_I"] / names["scale"] == pytest.approx(1.0175, abs=0.01)
     assert names["particles"].sizes["point"] > 1000 and names["mesh"].n_cells > 300

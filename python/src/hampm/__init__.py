@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .running import run as run
     from .scene import Check as Check, Scene as Scene
     from .snapshots import Snapshots as Snapshots
+    from .study import Fit as Fit, Solution as Solution, Study as Study
     from .sweep import Sweep as Sweep
 
 __version__ = "2.0.0"
@@ -33,7 +34,7 @@ __version__ = "2.0.0"
 _MODULES = {"columns": ("Column", "describe"), "comparison": ("Comparison", "Tolerance", "compare"),
             "errors": ("ColumnError", "ComputationError", "FileError", "HampmError", "HampmWarning", "Message", "ModelError", "ResultError", "Stopped"),
             "extrapolation": ("Extrapolation", "extrapolate"), "history": ("History",), "plots": ("plot",), "program": ("find_program", "key_table"), "running": ("run",),
-            "scene": ("Check", "Scene"), "snapshots": ("Snapshots",), "sweep": ("Sweep",)}
+            "scene": ("Check", "Scene"), "snapshots": ("Snapshots",), "study": ("Fit", "Solution", "Study"), "sweep": ("Sweep",)}
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
 __all__ = sorted(_HOMES)
 

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import os
+import pickle
 import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from inspect import signature
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .batch.case import failure_of, result_of
-from .batch.declaration import OWN_KEY, Declaration, named
+from .batch.declaration import OWN_KEY, Declaration, named, short
 from .batch.progress import begin_to_count
-from .errors import HampmError, ResultError
+from .errors import ColumnError, HampmError, ResultError
 from .history import History, error_name
 from .namelist import flat, plain, shown
 from .program import find_program, key_table
@@ -36,12 +38,14 @@ class Sweep:
         sweep.run(jobs=2)
         sweep.to_pandas()
 
-    Keys are those of `--set`; those that change together stand in a tuple, and so do their values. A list of {key: value} is one of cases. A case that
+    Keys are those of `--set`; those that change together stand in a tuple, and so do their values. A list of {key: value} is one of cases. A name of
+    one's own begins with $; a function computes a key of own names, its arguments: {"$angle": [0, 30], "crack.points": lambda angle: ...}. A case that
     has ended is not run again, one that was stopped goes on. Cases, folders and what is written there are those of the batches of `batch/`
     (docs/how-to/batches.md), which run thousands of cases, also on clusters.
 
     scene     the model, with what `accuracy` asks, as in `hampm.run`
-    cases     name -> {key: value}
+    cases     name -> {key: value} of what the case is declared by, own names too, as it was given
+    labels    name -> what is different in the case: "angle=30 cell=0.001"
     output    folder of the results
     declared  the same as `batch/` has it
     """
@@ -53,17 +57,22 @@ class Sweep:
             self.scene = self.scene.with_accuracy(accuracy)
         self.output, self.program = Path(output).resolve(), program or self.scene.program
         given = [{key: flat(value) for key, value in settings.items()} for settings in (_combined(values) if isinstance(values, Mapping) else values)]
-        texts: list[dict[str, str]] = []
-        for settings in given:
+        texts: list[tuple[dict[str, str], dict[str, str], dict[str, str]]] = []
+        given, functions = [{key: value for key, value in settings.items() if not callable(value)} for settings in given], [
+            {key: value for key, value in settings.items() if callable(value)} for settings in given]
+        for declared, computing in zip(given, functions):
+            own = {key: value for key, value in declared.items() if key.startswith("$")}
+            settings = {key: value for key, value in declared.items() if key not in own} | _computed(computing, own)
             self.scene.with_settings(settings)   # raises where a key is not there
-            texts.append({key.lower(): _text(value) for key, value in settings.items()})
-            if OWN_KEY in texts[-1]:
+            texts.append(({key.lower(): _text(value) for key, value in settings.items()}, {key: _text(value) for key, value in own.items()},
+                          {key if key in own else key.lower(): _text(value) for key, value in declared.items()}))
+            if OWN_KEY in texts[-1][0]:
                 raise ValueError(f"{OWN_KEY}: the results of a sweep are named by their folders")
-            if texts[-1] in texts[:-1]:
-                raise ValueError(f"the case {settings} is there already")
-        cases, names, varying = named((settings, {}, settings) for settings in texts)
-        own = self.scene.path.resolve() if self.scene.path and self.scene.is_as_read() else None
-        namelist = own or self.output / "cases/model.nml"
+            if any(texts[-1][0] == before for before, *_ in texts[:-1]):
+                raise ValueError(f"the case {declared} is there already")
+        cases, names, varying = named(texts)
+        read = self.scene.path.resolve() if self.scene.path and self.scene.is_as_read() else None
+        namelist = read or self.output / "cases/model.nml"
         self.cases: dict[str, dict[str, Any]] = dict(zip(cases, given))
         self.declared = Declaration(path=namelist, namelist=namelist, output=self.output, cases=cases, names=names, varying=varying)
 
@@ -74,11 +83,19 @@ class Sweep:
         declared = read_sweep(path, program)
         sweep = cls(Scene(declared.namelist, program=program), [], declared.output, program)
         sweep.declared = declared
-        sweep.cases = {name: {str(key): _value(key, text, program) for key, text in settings.items()} for name, settings in declared.cases.items()}
+        sweep.cases = {name: {key: _number(text) for key, text in declared.names[name].items()} |
+                       {str(key): _value(key, text, program) for key, text in settings.items()} for name, settings in declared.cases.items()}
         return sweep
 
     def __len__(self) -> int:
         return len(self.cases)
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """Name -> what is different in a case, in few words."""
+        words = short(self.declared.varying)
+        return {name: " ".join(f"{word}={_brief(values[key])}" for key, word in words.items() if key in values) or name
+                for name, values in ((name, {key if key.startswith("$") else key.lower(): value for key, value in values.items()}) for name, values in self.cases.items())}
 
     @property
     def failures(self) -> dict[str, HampmError]:
@@ -117,6 +134,31 @@ class Sweep:
         """Have the next `run` run cases again from their beginning: those that are named, or the ones that were refused or failed. Returns their names."""
         return self.declared.forget(names)
 
+    def history(self, name: str | None = None, /, **settings: Any) -> History:
+        """The history of a case: by its name, or by what it is declared by, in the words of its label: `sweep.history(angle=30, cell=1e-3)`."""
+        return History(self.result(self._named(settings) if name is None else name))
+
+    def _named(self, settings: Mapping[str, Any]) -> str:
+        words = {word: key for key, word in short(dict.fromkeys(key for values in self.cases.values() for key in values)).items()}
+        if unknown := [word for word in settings if word not in words]:
+            raise ColumnError(f"cases have no '{unknown[0]}'; they have {', '.join(words)}")
+        found = [name for name, values in self.cases.items() if all(words[word] in values and values[words[word]] == flat(value) for word, value in settings.items())]
+        if len(found) != 1:
+            raise ColumnError(f"{len(found)} cases have {', '.join(f'{word}={_brief(flat(value))}' for word, value in settings.items())}; one is asked for")
+        return found[0]
+
+    def map(self, function: Callable[[History], Any], jobs: int | None = None) -> dict[str, Any]:
+        """Name -> what a function makes of the history of a case, of those that have a result, so many at a time (default: as there are processors).
+        A function of a module runs in processes of its own, another, such as a lambda, in threads."""
+        try:
+            pickle.dumps(function)
+            pool: type[Executor] = ProcessPoolExecutor
+        except (pickle.PicklingError, AttributeError, TypeError):
+            pool = ThreadPoolExecutor
+        histories = self.histories()
+        with pool(jobs or os.cpu_count() or 1) as workers:  # type: ignore[call-arg]
+            return dict(zip(histories, workers.map(function, histories.values())))
+
     def histories(self) -> dict[str, History]:
         """Name -> history of the cases that have one."""
         found = {}
@@ -127,19 +169,28 @@ class Sweep:
                 continue
         return found
 
-    def to_pandas(self, columns: Sequence[str] = ("K_*", "G", "J"), part: float = 0.1) -> pandas.DataFrame:
-        """A row for each case that has a result: its settings, and of the columns that match the means over the last part of its run, with
-        their estimated errors as `..._error`; `attrs["units"]` has the units."""
+    def to_pandas(self, columns: Sequence[str] = ("K_*", "G", "J"), part: float = 0.1, index: str = "case") -> pandas.DataFrame:
+        """A row for each case that has a result: what it is declared by, numbers as numbers and several as a tuple, own names without $, and of the columns that
+        match the means over the last part of its run, with their estimated errors as `..._error`; `attrs["units"]` has the units.
+
+        index  "case": names of the cases; "settings": what varies, of several a MultiIndex, for `unstack`, `xs` and `to_xarray`
+        """
         import pandas
+        if index not in ("case", "settings"):
+            raise ResultError(f"index '{index}': there are 'case' and 'settings'")
         rows: dict[str, dict[str, Any]] = {}
         units: dict[str, str] = {}
         for name, history in self.histories().items():
-            rows[name] = {key: _brief(value) if isinstance(value, list) else value for key, value in self.cases[name].items()}
+            rows[name] = {key.lstrip("$"): tuple(value) if isinstance(value, list) else value for key, value in self.cases[name].items()}
             for column in _known(history, columns):
                 for key, value in zip((column, error_name(column)), history.value(column, part)):
                     if value is not None:
                         rows[name][key], units[key] = value, history.units[column]
-        frame = pandas.DataFrame.from_dict(rows, orient="index")
+        frame = pandas.DataFrame(list(rows.values()), index=pandas.Index(list(rows), name="case"))
+        varying = [key.lstrip("$") for key in dict.fromkeys(key for values in self.cases.values() for key in values)
+                   if len({_text(values.get(key)) for values in self.cases.values()}) > 1]
+        if index == "settings" and varying and rows:
+            frame = frame.set_index(varying)
         frame.attrs["units"] = units
         return frame
 
@@ -151,8 +202,8 @@ class Sweep:
 
     def _table(self) -> Table[list[str]]:
         keys = list(dict.fromkeys(key for settings in self.cases.values() for key in settings))
-        return Table(("case", *keys, "state"),
-                     [[name, *(_brief(settings[key]) if key in settings else "" for key in keys), self._state(name)]
+        return Table((*(key.lstrip("$") for key in keys), "state"),
+                     [[*(_brief(settings[key]) if key in settings else "" for key in keys), self._state(name)]
                       for name, settings in self.cases.items()])
 
     def _state(self, name: str) -> str:
@@ -188,6 +239,28 @@ class Sweep:
         return said
 
 
+def _computed(functions: Mapping[Any, Callable[..., Any]], own: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys that functions compute of own names."""
+    found: dict[str, Any] = {}
+    for keys, function in functions.items():
+        names = list(signature(function).parameters)
+        if missing := [name for name in names if f"${name}" not in own]:
+            raise ValueError(f"{keys}: there is no ${missing[0]}, which its function takes")
+        values = function(*(own[f"${name}"] for name in names))
+        found |= dict(zip(keys, map(flat, values))) if isinstance(keys, tuple) else {keys: flat(values)}
+    return found
+
+
+def _number(text: str) -> Any:
+    """A number where a text is one."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
 def _brief(value: Any) -> str:
     """A value in six digits, for tables."""
     return ", ".join(map(_brief, value)) if isinstance(value, list) else f"{value:.6g}" if isinstance(value, float) else shown(value)
@@ -214,6 +287,9 @@ def _combined(values: Mapping[Any, Any]) -> list[dict[str, Any]]:
     """The settings of every combination."""
     axes = []
     for keys, choices in values.items():
+        if callable(choices):
+            axes.append([{keys: choices}])
+            continue
         together = keys if isinstance(keys, tuple) else (keys,)
         choices = plain(choices)
         if not isinstance(choices, list):
