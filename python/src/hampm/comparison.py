@@ -1,5 +1,6 @@
 """Two histories compared column by column."""
 
+import re
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -12,6 +13,8 @@ from .arrays import Array
 from .errors import ResultError
 from .tables import Table
 
+NUMBER = r"[-+]?\d[\d.]*([eE][-+]?\d+)?"
+
 
 class Tolerance(NamedTuple):
     """What columns whose names match a pattern may differ by: `atol`, in their unit, and `rtol` times their largest value."""
@@ -22,41 +25,56 @@ class Tolerance(NamedTuple):
 
 
 class Row(NamedTuple):
-    """A column that was compared, as text; the verdict is "equal" or says why not."""
+    """A column that was compared; the verdict is "equal" or says why not.
+
+    difference, relative  the largest difference, and that over the largest value of A; None where there is none
+    time                  at which it is [s]
+    tolerance             in words; `allowed` is the difference that it allows, None of what has to be the same
+    """
 
     column: str
-    difference: str
-    relative: str
-    time: str
-    tolerance: str
     verdict: str
+    difference: float | None = None
+    relative: float | None = None
+    time: float | None = None
+    tolerance: str = "-"
+    allowed: float | None = None
+
+    def words(self) -> list[str]:
+        """The row as text."""
+        none = self.difference == 0
+        return [self.column, *("0" if none else "-" if value is None else format(value, form)
+                               for value, form in ((self.difference, ".3e"), (self.relative, ".1e"))),
+                "-" if self.time is None else f"{self.time:.6g}", self.tolerance, self.verdict]
 
 
-HEADER = Row("column", "max |a-b|", "relative", "at time [s]", "tolerance", "verdict")
+HEADER = ("column", "max |a-b|", "relative", "at time [s]", "tolerance", "verdict")
 
 
-class Comparison(Table[Row]):
+class Comparison(Table[list[str]]):
     """A row for each column; true where all agree. `differing` are the rows of those that do not."""
 
     def __init__(self, rows: Iterable[Row]):
-        super().__init__(HEADER, rows)
+        self.compared = list(rows)
+        super().__init__(HEADER, [row.words() for row in self.compared])
 
     @property
     def differing(self) -> list[Row]:
         """The rows of columns that do not agree."""
-        return [row for row in self.rows if row.verdict != "equal"]
+        return [row for row in self.compared if row.verdict != "equal"]
 
     def __bool__(self) -> bool:
         return not self.differing
 
 
 def compare(a: str | Path | History, b: str | Path | History, *, rtol: float = 1e-9, atol: float = 0.0, tolerances: Sequence[Tolerance] = (),
-            columns: Sequence[str] = ("*",), ignore: Sequence[str] = (), interpolate: bool = False, exact: bool = False) -> Comparison:
+            columns: Sequence[str] = ("*",), ignore: Sequence[str] = (), interpolate: bool = False, exact: bool = False, warnings: bool = False) -> Comparison:
     """Compare two results, given as paths or `History`.
 
     A column agrees when  max |a - b| <= atol + rtol * max |a|,  maxima over all samples, or with `exact` when type and bytes are the
     same. `columns` and those to `ignore` are names in which * and ? are allowed; of `tolerances`, each a `Tolerance` of its own for such
-    names, the last that matches counts. With `interpolate`, b is taken linearly at the times of a; it must cover them up to one sample.
+    names, the last that matches counts. With `interpolate`, b is taken linearly at the times of a; it must cover them up to one sample. With
+    `warnings`, those of b that a has not had are a difference, whatever the numbers in them.
     """
     a, b = (item if isinstance(item, History) else History(item, may_be_empty=True) for item in (a, b))
     general = Tolerance("*", rtol, atol)
@@ -64,19 +82,26 @@ def compare(a: str | Path | History, b: str | Path | History, *, rtol: float = 1
         if not (item.rtol >= 0 and item.atol >= 0):
             raise ResultError(f"{item}: tolerances are numbers >= 0")
     names = compared(a, b, columns, ignore, tolerances)
-    if exact:
-        return Comparison([identical(a, b, name) for name in names])
-    uncovered = ""
-    if interpolate:
+    rows = [Row("(warnings)", f"new in B: {text}") for text in new_warnings(a, b)] if warnings else []
+    if interpolate and not exact:
         a, b, uncovered = interpolated(a, b)
-    rows = [close(a, b, name, tolerance_of(name, tolerances, general)) for name in names]
-    return Comparison([Row("(time span)", "-", "-", "-", "-", uncovered)] * bool(uncovered) + rows)
+        rows += [Row("(time span)", uncovered)] * bool(uncovered)
+    elif a.times.size != b.times.size:
+        rows.append(Row("(rows)", f"A has {a.times.size} samples, B has {b.times.size}"))
+        names = [name for name in names if (name in a) != (name in b)]
+    return Comparison(rows + [identical(a, b, name) if exact else close(a, b, name, tolerance_of(name, tolerances, general)) for name in names])
+
+
+def new_warnings(a: History, b: History) -> list[str]:
+    """Warnings of a run that another has not had, whatever the numbers in them."""
+    had = {re.sub(NUMBER, "#", text) for text in a.warnings()}
+    return [text for text in b.warnings() if re.sub(NUMBER, "#", text) not in had]
 
 
 def compared(a: History, b: History, columns: Sequence[str], ignore: Sequence[str], tolerances: Sequence[Tolerance]) -> list[str]:
     """Names of the columns to compare, of either file; a pattern that matches none is a mistake."""
     known = list(dict.fromkeys([*a.columns, *b.columns]))
-    for pattern in [*columns, *(item.pattern for item in tolerances)]:
+    for pattern in [*columns, *ignore, *(item.pattern for item in tolerances)]:
         if not any(fnmatchcase(name, pattern) for name in known):
             raise ResultError(f"no column '{pattern}' in {a.path} or {b.path}; they have {', '.join(known)}")
     names = [name for name in known if matches_any(name, columns) and not matches_any(name, ignore)]
@@ -115,13 +140,15 @@ def close(a: History, b: History, name: str, allowed: Tolerance) -> Row:
     stated = f"{allowed.rtol:.3g} rel" + (f" + {allowed.atol:.3g}" if allowed.atol else "")
     unlike = unlikeness(a, b, name)
     if unlike:
-        return Row(name, "-", "-", "-", stated, unlike)
+        return Row(name, unlike, tolerance=stated)
     x, y = a.columns[name].astype(float), b.columns[name].astype(float)
     same = (x == y) | (np.isnan(x) & np.isnan(y))
     with np.errstate(invalid="ignore"):
         difference = np.where(same, 0.0, np.where(np.isfinite(x) & np.isfinite(y), np.abs(x - y), np.inf))
-    agrees = np.max(difference, initial=0.0) <= allowed.atol + allowed.rtol * size_of(x)
-    return Row(name, *largest(a, difference, size_of(x)), stated, "equal" if agrees else "DIFFERS")
+    most = allowed.atol + allowed.rtol * size_of(x)
+    bad = [which for which, values in (("A", x), ("B", y)) if not np.all(np.isfinite(values[~same]))]
+    verdict = f"not finite in {' and '.join(bad)}" if bad else "equal" if np.max(difference, initial=0.0) <= most else "DIFFERS"
+    return Row(name, verdict, *largest(a, difference, size_of(x)), stated, most)
 
 
 def size_of(values: Array) -> float:
@@ -133,28 +160,24 @@ def identical(a: History, b: History, name: str) -> Row:
     """The row of a column compared byte by byte."""
     unlike = unlikeness(a, b, name)
     if unlike:
-        return Row(name, "-", "-", "-", "exact", unlike)
+        return Row(name, unlike, tolerance="exact")
     x, y = a.columns[name], b.columns[name]
     if x.dtype != y.dtype:
-        return Row(name, "-", "-", "-", "exact", f"A is {x.dtype}, B is {y.dtype}")
+        return Row(name, f"A is {x.dtype}, B is {y.dtype}", tolerance="exact")
     if x.tobytes() == y.tobytes():
-        return Row(name, "0", "0", "-", "exact", "equal")
+        return Row(name, "equal", 0.0, 0.0, None, "exact")
     difference = np.abs(x.astype(float) - y.astype(float))
-    return Row(name, *largest(a, difference, size_of(x.astype(float))), "exact", "DIFFERS")
+    return Row(name, "DIFFERS", *largest(a, difference, size_of(x.astype(float))), "exact")
 
 
 def unlikeness(a: History, b: History, name: str) -> str:
     """Why a column cannot be compared sample by sample, or nothing."""
-    for history, which in ((a, "A"), (b, "B")):
-        if name not in history.columns:
-            return f"missing in {which}"
-    lengths = a.columns[name].size, b.columns[name].size
-    return "" if lengths[0] == lengths[1] else f"A has {lengths[0]} samples, B has {lengths[1]}"
+    return next((f"missing in {which}" for history, which in ((a, "A"), (b, "B")) if name not in history), "")
 
 
-def largest(a: History, difference: Array, size: float) -> tuple[str, str, str]:
-    """The largest difference, also over the size of the column, and its time, as text."""
+def largest(a: History, difference: Array, size: float) -> tuple[float, float | None, float | None]:
+    """The largest difference, also over the size of the column, and its time."""
     if not np.any(difference > 0):
-        return "0", "0", "-"
+        return 0.0, 0.0, None
     where = int(np.argmax(difference))
-    return f"{difference[where]:.3e}", f"{difference[where] / size:.1e}" if size > 0 else "-", f"{a.times[where]:.6g}"
+    return float(difference[where]), float(difference[where]) / size if size > 0 else None, float(a.times[where])

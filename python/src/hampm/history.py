@@ -63,6 +63,7 @@ class History(Mapping[str, Array]):
     long_names  name -> description
     is_static   whether its times only tell how large the loads are
     attributes  name -> value, of the group itself
+    version     of the program that has written it, and its commit; '' where it is not told
 
     Columns and attributes of version 1 have the names that they have now.
     """
@@ -71,6 +72,8 @@ class History(Mapping[str, Array]):
         self.path = Path(path)
         with opened(self.path) as stored:
             self._read(stored)
+            about = stored.attributes("/")
+            self.version = printable(" ".join(filter(None, (str(about.get(name, "")) for name in ("program", "version")))) + (f" ({about['commit']})" if about.get("commit") else ""))
         if self.times.size == 0 and not may_be_empty:
             raise ResultError(f"{path}: /history holds no samples yet")
 
@@ -150,6 +153,10 @@ class History(Mapping[str, Array]):
     def error_of(self, name: str) -> str | None:
         """Name of the column that holds the estimated error of another; None where there is none."""
         return error_name(name) if error_name(name) in self.columns else None
+
+    def warnings(self) -> list[str]:
+        """What the run has warned of."""
+        return [text for text in str(self.attributes.get("warnings", "")).splitlines() if text]
 
     def distance_to_equilibrium(self) -> float | None:
         """How far the last values are from those at rest, relative; None where it is not known or has no meaning."""

@@ -1,7 +1,7 @@
 """How commands end, and tell what is wrong: those of the package, which `postprocess/` and `batch/` stand for."""
 
 import sys
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -57,6 +57,13 @@ class Parser(ArgumentParser):
         if type(known[name]).__name__ == "_AppendAction":
             return [f"{option}={item}" for item in values]
         return [option, *map(str, values)] if known[name].nargs else [f"{option}={','.join(map(str, values))}"]
+
+
+def whole(text: str) -> int:
+    """A whole number above zero, of an option."""
+    if not text.isdecimal() or int(text) == 0:
+        raise ArgumentTypeError(f"{text} is no whole number above zero")
+    return int(text)
 
 
 def run(main: Callable[[], int | None]) -> NoReturn:

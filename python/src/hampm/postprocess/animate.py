@@ -14,10 +14,10 @@ from . import particle_pictures
 from . import solid_pictures
 from .frames import frames_of
 from ..errors import UNREADABLE, ResultError
-from ..scripts import Parser, tell
+from ..scripts import Parser, tell, whole
 from .particle_fields import ParticleField
 from .particle_pictures import add_colour_bar, add_field_options, bodies_meet, colours, default_scale, extent
-from .pictures import STYLE, ending, plt, positive, whole
+from .pictures import STYLE, ending, plt, positive
 
 from matplotlib.animation import FFMpegWriter, PillowWriter
 

@@ -30,11 +30,12 @@ def main(arguments=None):
     options = parse(arguments)
     if options.tolerances or Path(options.a).is_dir() or Path(options.b).is_dir():
         return compare_folders(options, rows_of)
-    found = Comparison(rows_of(*(History(path, may_be_empty=True) for path in (options.a, options.b)), options))
+    histories = [History(path, may_be_empty=True) for path in (options.a, options.b)]
+    found = Comparison(rows_of(*histories, options))
     print(Comparison(found.differing) if options.only_differences else found)
     what = "columns" if options.paths is None else "columns and paths"
     print(f"{len(found.differing)} of {len(found.rows)} {what} differ" if found.differing else f"all {len(found.rows)} {what} agree")
-    report([case_of(options.b, found.rows)], options)
+    report([case_of(options.b, found.compared, histories)], options)
     return 1 if found.differing else 0
 
 
@@ -43,7 +44,7 @@ def rows_of(a, b, options):
     if options.last:
         a, b = last_sample(a), last_sample(b)
     rows = compare(a, b, rtol=options.rtol, atol=options.atol, tolerances=options.tolerance, columns=options.columns,
-                   ignore=options.ignore, interpolate=options.interpolate, exact=options.exact).rows
+                   ignore=options.ignore, interpolate=options.interpolate, exact=options.exact, warnings=options.warnings).compared
     if options.paths is not None:
         rows += path_rows(Frames(options.a), Frames(options.b), options.paths)
     return not_finite(a, b, rows) if options.finite else rows
@@ -67,6 +68,7 @@ def parse(arguments):
     parser.add_argument("--exact", action="store_true", help="demand the same type and bytes, tolerances do not count")
     parser.add_argument("--last", action="store_true", help="compare only the last values")
     parser.add_argument("--finite", action="store_true", help="a column with a value that is not finite differs, also where both have it")
+    parser.add_argument("--warnings", action="store_true", help="a warning of B that A has not had is a difference")
     parser.add_argument("--only-differences", action="store_true", help="show only what differs")
     parser.add_argument("--tolerances", metavar="FILE.yaml", help="tolerances of cases and columns, for two folders")
     parser.add_argument("--json", metavar="FILE", help="write what was found as JSON")
@@ -105,16 +107,15 @@ def path_rows(a, b, allowed):
         cracks.append(frames.cracks(frames.number()))
         if not cracks[-1]:
             raise ResultError(f"{frames.path}: has no crack, and --paths compares these")
-    stated, time = f"{allowed:.3g} m", f"{a.times[-1]:.6g}"
+    stated = f"{allowed:.3g} m"
     rows = []
     for number in range(max(map(len, cracks))):
         name = f"path of crack {number + 1}"
         missing = [which for which, of in zip("AB", cracks) if number >= len(of)]
         if missing:
-            rows.append(Row(name, "-", "-", "-", stated, f"missing in {missing[0]}"))
+            rows.append(Row(name, f"missing in {missing[0]}", tolerance=stated))
             continue
         one, other = (of[number].points for of in cracks)
         distance = crack_paths.apart(one, other)
-        rows.append(Row(name, f"{distance:.3e}", f"{distance / crack_paths.length(one):.1e}", time, stated,
-                        "equal" if distance <= allowed else "DIFFERS"))
+        rows.append(Row(name, "equal" if distance <= allowed else "DIFFERS", distance, distance / crack_paths.length(one), a.times[-1], stated, allowed))
     return rows

@@ -17,15 +17,15 @@ A case is a result file by its place below the folder: `edge_crack.h5`, `cases/m
 import argparse
 import json
 import math
-from collections import namedtuple
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from textwrap import indent
-from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from ..errors import UNREADABLE, ResultError
+from ..errors import UNREADABLE, ResultError, printable
 from ..history import History
 
 from ..comparison import Comparison, Tolerance
@@ -33,39 +33,87 @@ from ..comparison import Comparison, Tolerance
 KEYS = {"rtol", "atol", "columns", "ignore", "interpolate"}
 OF_CASE = KEYS | {"skip"}
 
-Case = namedtuple("Case", "name verdict rows")  # verdict: "equal", "differs", "missing in A", "missing in B", "skipped: why", or an error
+NO_COLUMN = "there is no column '{}' in any case that it is for; they have {}"
 
 
-def compare_folders(options, rows_of):
+@dataclass(frozen=True)
+class Run:
+    """How a model has been run for a comparison: exit code, wall time [s], and what the program said."""
+
+    code: int = 0
+    seconds: float | None = None
+    log: str = ""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A result that was compared. The verdict is "equal", "differs", "skipped: why", or says why nothing could be compared, which is an error."""
+
+    name: str
+    verdict: str
+    rows: list = ()
+    columns: tuple = ()           # of both files
+    versions: tuple = ("", "")    # of the programs of A and B
+    run: Run = Run()
+
+    @property
+    def is_skipped(self):
+        return self.verdict.startswith("skipped")
+
+    @property
+    def is_error(self):
+        return self.verdict not in ("equal", "differs") and not self.is_skipped
+
+    @property
+    def is_bad(self):
+        return self.verdict == "differs" or self.is_error
+
+
+def compare_folders(options, rows_of, runs=None):
     """Compare all results of two folders, and print and write what was found. Returns the exit code.
 
-    `rows_of(a, b, options)` compares two histories with the options of one case.
+    `rows_of(a, b, options)` compares two histories with the options of one case. Of a gate, `runs` has by name how models were run: these are compared.
     """
     rules = read_tolerances(options.tolerances) if options.tolerances else {}
     names = {which: results(folder) for which, folder in (("A", options.a), ("B", options.b))}
-    if not names["A"] and not names["B"]:
+    together = sorted({*names["A"], *names["B"], *(f"{name}.h5" for name in runs or ())})
+    if not together:
         raise ResultError(f"neither {options.a} nor {options.b} has a result (*.h5)")
-    together = sorted(set(names["A"]) | set(names["B"]))
     for pattern in rules.get("cases", {}):
         if not any(fnmatchcase(name, pattern) for name in map(case_name, together)):
             raise ResultError(f"{options.tolerances}: no case '{pattern}'; there are {', '.join(map(case_name, together))}")
-    cases = [compare_case(name, names, rules, options, rows_of) for name in together]
+    asked = [place for place in together if runs is None or case_name(place) in runs]
+    cases = [compare_case(place, names, rules, options, rows_of, (runs or {}).get(case_name(place), Run())) for place in asked]
+    refuse_unknown_columns(cases, rules if asked == together else {}, options)
     show(cases, options)
     report(cases, options)
-    return 1 if any(is_bad(case) for case in cases) else 0
+    return 1 if any(case.is_bad for case in cases) else 0
+
+
+def refuse_unknown_columns(cases, rules, options):
+    """Refuse patterns that mean no column of any case that they are for: a wrong name would allow what it is to find."""
+    given = ["*", "", [*options.columns, *options.ignore, *(item.pattern for item in options.tolerance)]]
+    parts = [given, *(["*" if part is rules else of, f"{options.tolerances}: ", [*part.get("columns", {}), *part.get("ignore", [])]]
+                      for of, part in (("*", rules), *rules.get("cases", {}).items()))]
+    for of, where, patterns in parts:
+        known = sorted({column for case in cases if fnmatchcase(case.name, of) for column in case.columns})
+        for pattern in patterns if known else ():
+            if not any(fnmatchcase(column, pattern) for column in known):
+                raise ResultError(where + NO_COLUMN.format(pattern, ", ".join(known)))
 
 
 def report(cases, options):
     """Write what was found as JSON and JUnit's XML, where that is asked for."""
     if options.json:
-        write(options.json, json.dumps(as_json(cases, options), indent=1) + "\n")
+        write(options.json, json.dumps(as_json(cases, options), indent=1, allow_nan=False) + "\n")
     if options.junit:
         write(options.junit, as_junit(cases))
 
 
-def case_of(path, rows):
+def case_of(path, rows, histories=()):
     """The case of one result."""
-    return Case(Path(path).stem, "equal" if all(row.verdict == "equal" for row in rows) else "differs", rows)
+    return Case(Path(path).stem, "equal" if all(row.verdict == "equal" for row in rows) else "differs", rows,
+                tuple(name for history in histories for name in history), tuple(history.version for history in histories) or ("", ""))
 
 
 def not_finite(a, b, rows):
@@ -91,30 +139,31 @@ def case_name(place):
     return place.removesuffix(".h5")
 
 
-def is_bad(case):
-    return case.verdict != "equal" and not case.verdict.startswith("skipped")
-
-
-def compare_case(place, names, rules, options, rows_of):
+def compare_case(place, names, rules, options, rows_of, run):
     """A case, compared by its own rules."""
     name = case_name(place)
     own = rules_of(name, rules, options)
     if own.skip:
-        return Case(name, f"skipped: {own.skip}", [])
+        return Case(name, f"skipped: {own.skip}", run=run)
+    if run.code:
+        return Case(name, f"failed with exit code {run.code}: {(run.log.splitlines() or [''])[-1]}", run=run)
     for which in "AB":
         if place not in names[which]:
-            return Case(name, f"missing in {which}", [])
+            return Case(name, f"missing in {which}", run=run)
     paths = [Path(folder) / place for folder in (options.a, options.b)]
     try:
-        a, b = (History(path, may_be_empty=True) for path in paths)
-        known = [*a.columns, *b.columns]
-        of_case = argparse.Namespace(**vars(options) | {
-            "a": paths[0], "b": paths[1], "rtol": own.rtol, "atol": own.atol, "interpolate": own.interpolate, "ignore": [*options.ignore, *own.ignore],
-            "tolerance": [item for item in own.columns if any(fnmatchcase(column, item.pattern) for column in known)]})
-        rows = rows_of(a, b, of_case)
+        histories = [History(path, may_be_empty=True) for path in paths]
+        known = {name for history in histories for name in history}
+
+        def of_case(patterns):
+            return [item for item in patterns if any(fnmatchcase(column, getattr(item, "pattern", item)) for column in known)]
+        of_this = argparse.Namespace(**vars(options) | {
+            "a": paths[0], "b": paths[1], "rtol": own.rtol, "atol": own.atol, "interpolate": own.interpolate, "columns": of_case(options.columns),
+            "ignore": of_case([*options.ignore, *own.ignore]), "tolerance": of_case(own.columns)})
+        found = case_of(place, rows_of(*histories, of_this), histories)
     except ResultError as error:
-        return Case(name, str(error), [])
-    return case_of(place, rows)._replace(name=name)
+        return Case(name, str(error), run=run)
+    return replace(found, name=name, run=run)
 
 
 def rules_of(name, rules, options):
@@ -181,41 +230,62 @@ def tolerance(path, where, value):
 
 
 def show(cases, options):
-    """Print a line a case, and below it the columns; with --only-differences those alone that differ."""
+    """Print a line a case, and below it the columns; with --only-differences those alone that differ. Then how many, and by which programs."""
     for case in cases:
         if case.verdict == "equal" and options.only_differences:
             continue
         differing = [row for row in case.rows if row.verdict != "equal"]
         print(f"{case.name}: {f'{len(differing)} of {len(case.rows)} columns differ' if case.verdict == 'differs' else case.verdict}")
-        rows = differing if case.verdict == "differs" else []
-        if rows:
-            print(indent(str(Comparison(rows)), "  "))
-    counts = {"equal": sum(case.verdict == "equal" for case in cases), "different": sum(map(is_bad, cases)),
-              "skipped": sum(case.verdict.startswith("skipped") for case in cases)}
+        if case.verdict == "differs":
+            print(indent(str(Comparison(differing)), "  "))
+    for which, found in versions(cases).items():
+        if len(found) > 1 or any(found != other for other in versions(cases).values()):
+            print(f"{which}: {', '.join(found)}")
+    counts = {"equal": sum(case.verdict == "equal" for case in cases), "different": sum(case.verdict == "differs" for case in cases),
+              "in error": sum(case.is_error for case in cases), "skipped": sum(case.is_skipped for case in cases)}
     print(f"{len(cases)} cases: {', '.join(f'{count} {what}' for what, count in counts.items() if count)}")
 
 
+def versions(cases):
+    """The programs that have written the results of A and of B."""
+    return {which: sorted({case.versions[k] for case in cases if case.versions[k]}) for k, which in enumerate("AB")}
+
+
 def as_json(cases, options):
-    """What was found, for programs."""
-    return {"a": str(options.a), "b": str(options.b), "agree": not any(map(is_bad, cases)),
-            "cases": [{"name": case.name, "verdict": case.verdict, "columns": [row._asdict() for row in case.rows]} for case in cases]}
+    """What was found, for programs: numbers as numbers, null where there is none or it is not finite."""
+    def number(value):
+        return value if not isinstance(value, float) or math.isfinite(value) else None
+    return {"a": str(options.a), "b": str(options.b), "versions": {which.lower(): found for which, found in versions(cases).items()},
+            "agree": not any(case.is_bad for case in cases),
+            "cases": [{"name": case.name, "verdict": case.verdict, "is_error": case.is_error, "exit_code": case.run.code, "seconds": case.run.seconds,
+                       "columns": [{key: number(value) for key, value in row._asdict().items()} for row in case.rows]} for case in cases]}
 
 
 def as_junit(cases):
-    """What was found, as services that build and test show it: a test a case."""
-    lines = ['<?xml version="1.0" encoding="UTF-8"?>',
-             f'<testsuite name="compare" tests="{len(cases)}" failures="{sum(map(is_bad, cases))}" errors="0" '
-             f'skipped="{sum(case.verdict.startswith("skipped") for case in cases)}">']
+    """What was found, as services that build and test show it: a test a case. A result that differs is a failure, one that is not there an error."""
+    counts = {"tests": len(cases), "failures": sum(case.verdict == "differs" for case in cases), "errors": sum(case.is_error for case in cases),
+              "skipped": sum(case.is_skipped for case in cases)}
+    suite = ET.Element("testsuite", name="compare", time=f"{sum(case.run.seconds or 0 for case in cases):.3f}", **{key: str(count) for key, count in counts.items()})
+    if any(versions(cases).values()):
+        properties = ET.SubElement(suite, "properties")
+        for which, found in versions(cases).items():
+            ET.SubElement(properties, "property", name=which, value=", ".join(found))
     for case in cases:
         folder, _, name = case.name.rpartition("/")
-        lines.append(f"  <testcase classname={quoteattr(folder or 'results')} name={quoteattr(name)}>")
-        if case.verdict.startswith("skipped"):
-            lines.append(f"    <skipped message={quoteattr(case.verdict.removeprefix('skipped: '))}/>")
-        elif is_bad(case):
-            found = str(Comparison([row for row in case.rows if row.verdict != "equal"])) if case.rows else case.verdict
-            lines.append(f"    <failure message={quoteattr(case.verdict)}>{escape(found)}</failure>")
-        lines.append("  </testcase>")
-    return "\n".join([*lines, "</testsuite>", ""])
+        test = ET.SubElement(suite, "testcase", classname=folder or "results", name=name, time=f"{case.run.seconds or 0:.3f}")
+        differing = [row for row in case.rows if row.verdict != "equal"]
+        if case.is_skipped:
+            ET.SubElement(test, "skipped", message=case.verdict.removeprefix("skipped: "))
+        elif case.is_error:
+            ET.SubElement(test, "error", message=case.verdict).text = case.verdict
+        elif differing:
+            worst = max(differing, key=lambda row: math.inf if row.relative is None else row.relative)
+            words = f"{len(differing)} of {len(case.rows)} columns differ, {worst.column}: {worst.verdict}" + (f" by {worst.relative:.1e}" if worst.relative is not None else "")
+            ET.SubElement(test, "failure", message=words).text = str(Comparison(differing))
+        if case.run.log:
+            ET.SubElement(test, "system-out").text = printable(case.run.log, keep="\n\t")
+    ET.indent(suite)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(suite, encoding="unicode") + "\n"
 
 
 def write(path, text):

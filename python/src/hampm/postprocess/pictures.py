@@ -216,12 +216,6 @@ def positive(text):
     return value
 
 
-def whole(text):
-    if not text.isdecimal() or int(text) == 0:
-        raise argparse.ArgumentTypeError(f"{text} is no whole number above zero")
-    return int(text)
-
-
 def size_of(text):
     """A width, or width and height, with a unit [inch]; the height is none where it is not given."""
     found = re.fullmatch(r"([\d.]+)(?:mm|cm|in)?(?:x([\d.]+))?(mm|cm|in)", text)
