@@ -284,7 +284,9 @@ def test_the_page_of_python_runs(tmp_path, monkeypatch):
         pytest.importorskip(module)
     names = {}
     (tmp_path / "input").mkdir()
-    shutil.copy(DCB, tmp_path / "input")
+    for file in ("dcb.nml", "edge_crack.nml"):
+        shutil.copy(DCB.with_name(file), tmp_path / "input")
+    (tmp_path / "plate.model.yaml").write_text("{run: {end_time: 1.0}, load: [{kind: body}, {kind: body}]}")
     for block in re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/how-to/python.md").read_text(), re.MULTILINE | re.DOTALL):
         exec(block, names)
     assert len(names["table"]) == 12 and not names["sweep"].failures and (tmp_path / "angles.png").stat().st_size > 5000

@@ -94,10 +94,11 @@ def test_scripts_start_the_programs_of_the_package(checkout, tmp_path):
     (tmp_path / "other name").symlink_to(packages / f"hampm-{VERSION}.data/scripts/hampm3d")
     (packages / "hampm/bin/hampm3d").chmod(0o755)
 
-    def start():
-        return subprocess.run([sys.executable, tmp_path / "other name", "a b", "--check"], capture_output=True, text=True, cwd=tmp_path,
+    def start(*words):
+        return subprocess.run([sys.executable, tmp_path / "other name", *(words or ("a b", "--check"))], capture_output=True, text=True, cwd=tmp_path,
                               env=os.environ | {"PYTHONPATH": str(packages)})
     assert start().stdout == f"{packages}/hampm/bin/hampm3d with a b --check\n"
+    assert "\nhampm plot g " in start("plot", "--help").stdout and start("compare", "--help").stdout.startswith("usage: hampm compare")
     shutil.rmtree(packages / "hampm/bin")
     gone = start()
     assert gone.returncode == 1 and gone.stderr.startswith("hampm3d: the package hampm of this Python is without its programs")

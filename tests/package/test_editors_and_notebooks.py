@@ -1,0 +1,38 @@
+"""The page of Python on editors and notebooks: its notebook runs in a kernel, and its model in YAML is the one of the namelist."""
+
+import re
+import shutil
+
+import pytest
+
+from paths import INPUT, PACKAGE, PROGRAM, ROOT
+
+BLOCKS = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/how-to/python.md").read_text(), re.MULTILINE | re.DOTALL)
+
+
+def test_a_model_in_yaml_is_a_scene(tmp_path, monkeypatch, plate):
+    yaml = pytest.importorskip("yaml")
+    groups = {}
+    for group in plate._written():
+        groups.setdefault(group._name, []).append(dict(group.items()))
+    (tmp_path / "plate.model.yaml").write_text(yaml.safe_dump({name: of if len(of) > 1 else of[0] for name, of in groups.items()}, sort_keys=False))
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(next(block for block in BLOCKS if "yaml.safe_load" in block), names)
+    assert names["model"] == plate and names["model"].mistakes() == []
+
+
+@pytest.mark.verify
+def test_the_notebook_runs(tmp_path, monkeypatch):
+    """Twenty cases, of which K rises with the length of the crack; a figure of a column of a paper."""
+    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
+    (tmp_path / "input").mkdir()
+    shutil.copy(INPUT / "edge_crack.nml", tmp_path / "input")
+    monkeypatch.setenv("HAMPM", str(PROGRAM))
+    monkeypatch.setenv("PYTHONPATH", str(PACKAGE))
+    shown = "assert len(by_length) == len(largest) == 20 and (by_length.K_I.unstack('a').diff(axis=1).iloc[:, 1:] > 0).all(axis=None), by_length"
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(text) for text in (next(block for block in BLOCKS if "results/twenty" in block), "by_length.K_I.unstack('a')", "cases", shown, "figure")])
+    nbclient.NotebookClient(notebook, timeout=500, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    assert (tmp_path / "J.pdf").read_bytes().startswith(b"%PDF")
+    tables = [output.data.get("text/html", "") for cell in notebook.cells[1:3] for output in cell.outputs]
+    assert len(tables) == 2 and all("<table" in table for table in tables) and "image/png" in notebook.cells[4].outputs[0].data
