@@ -106,6 +106,11 @@ def test_a_model_is_drawn_before_it_runs(plate):
     assert [line.get_xydata().tolist() for line in plate.sketch().axes[0].lines if line.get_xydata().shape == (2, 2)][0] == [[-4.1e-3, -1.3e-3], [3.7e-3, 2.2e-3]]
     plate.crack[0].points = [(-5.1e-3, 1e-3), (4e-3, 1.5e-3)]
     figure = plate.sketch(grid=True, size="84mm")
+    own = plate.sketch(grid=True)
+    letters, of_own = ({text.get_fontsize() for text in one.findobj(lambda part: hasattr(part, "get_fontsize"))} for one in (figure, own))
+    assert figure.get_figwidth() == pytest.approx(84 / 25.4) and max(letters) / max(of_own) == pytest.approx(figure.get_figwidth() / own.get_figwidth())
+    box = figure.get_tightbbox()
+    assert min(box.min) > 0 and all(box.max < figure.get_size_inches())          # nothing is cut off
     assert [-5.1e-3, 1e-3] in np.concatenate([line.get_xydata() for line in figure.axes[0].lines]).tolist()
     plate.grid.cell = -1.0
     with pytest.raises(package.ModelError, match=re.escape(__file__)):

@@ -16,6 +16,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
 
 from ..errors import UNREADABLE, ResultError, printable
 
@@ -35,6 +36,8 @@ INCH = {"mm": 1 / 25.4, "cm": 1 / 2.54, "in": 1.0}
 TIME_UNITS = {"s": (1.0, "s"), "ms": (1e3, "ms"), "us": (1e6, "µs"), "ns": (1e9, "ns")}
 PREFIXES = {-4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}  # by powers of 1000
 MM = 1e3  # per metre
+DRAWING = "drawing"
+SIZES = "fontsize", "linewidth", "markersize", "markeredgewidth"   # of artists [points]
 GREY, DARKEST = 0.02, 0.08   # difference of red, green and blue below which a colour is grey; what white becomes in the style dark
 NO_BREAK, THIN_SPACE = "\u00a0", "\u2009"
 
@@ -86,12 +89,16 @@ def write(figure, options, suffix, quiet=False):
 
 def in_style(figure, options):
     """The figure of these options, of the size and in the style that they ask for: it is as large as its letters, unless a size is given."""
+    letters = plt.rcParams["font.size"] / STYLE["font.size"]
     drawn = figure(options)
-    size = plt.rcParams["font.size"] / STYLE["font.size"] * drawn.get_size_inches()
+    own = drawn.get_size_inches()
+    size = letters * own
     if options.size:
         width, height = options.size
-        keeps_shape = any(axes.get_aspect() != "auto" for axes in drawn.axes)
+        keeps_shape = is_drawing(drawn) or any(axes.get_aspect() != "auto" for axes in drawn.axes)
         size = width, height or size[1] * (width / size[0] if keeps_shape else 1)
+    if is_drawing(drawn):
+        enlarge(drawn, min(np.divide(size, own)))
     drawn.set_size_inches(size)
     if options.style == "dark":
         for artist in drawn.findobj(lambda one: not isinstance(one, (Figure, Axes))):    # which hand on the colour of their background
@@ -99,20 +106,42 @@ def in_style(figure, options):
     return drawn
 
 
+def is_drawing(figure):
+    """Whether a figure is a drawing, of which all keeps its proportions, letters too: it says so by its label."""
+    return figure.get_label() == DRAWING
+
+
+def enlarge(figure, factor):
+    """Letters, lines, marks and distances in points of a drawing, by a factor."""
+    arrows = [artist for artist in figure.findobj(Annotation) if artist.arrow_patch is not None]
+    for arrow in arrows:
+        arrow.arrowprops["mutation_scale"] *= factor    # of its head
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        axis.labelpad *= factor
+        axis.set_tick_params(**{name: factor * plt.rcParams[f"xtick.major.{name}"] for name in ("size", "pad", "width")})
+    for artist in {*figure.findobj(), *(arrow.arrow_patch for arrow in arrows)}:
+        for name in SIZES:
+            if hasattr(artist, f"set_{name}"):
+                getattr(artist, f"set_{name}")(factor * getattr(artist, f"get_{name}")())
+        if isinstance(artist, Annotation) and artist.anncoords == "offset points":
+            artist.set_position(tuple(factor * np.array(artist.get_position())))
+
+
 def invert_greys(artist):
     """Black as white and white as black, but for what lies between: colours stay, and those of fields."""
-    for name in "color", "facecolor", "edgecolor", "markerfacecolor", "markeredgecolor":
-        of = getattr(artist, f"get_{name}", None)
-        if of is None or getattr(artist, "get_array", lambda: None)() is not None:
-            continue
+    if getattr(artist, "get_array", lambda: None)() is not None:
+        return
+    names = "color", "facecolor", "edgecolor", "markerfacecolor", "markeredgecolor"
+    before = {name: getattr(artist, f"get_{name}")() for name in names if hasattr(artist, f"get_{name}")}    # all of them: one may follow another
+    for name, of in before.items():
         try:
-            colours = np.atleast_2d(np.array([to_rgba(one) for one in (of() if np.ndim(of()) > 1 else [of()])]))
+            colours = np.atleast_2d(np.array([to_rgba(one) for one in (of if np.ndim(of) > 1 else [of])]))
         except ValueError:      # a word such as "none" or "auto", or none of a colour
             continue
         grey = np.ptp(colours[:, :3], axis=1) < GREY if colours.size else np.array([False])
         if grey.any():
             colours[grey, :3] = DARKEST + (1 - DARKEST) * (1 - colours[grey, :3])
-            getattr(artist, f"set_{name}")(colours if np.ndim(of()) > 1 else tuple(colours[0]))
+            getattr(artist, f"set_{name}")(colours if np.ndim(of) > 1 else tuple(colours[0]))
 
 
 def save(figure, output, dpi):

@@ -11,7 +11,7 @@ place, and are not drawn.
 
 import json
 
-from .pictures import COLOURS, add_picture_options, plt, prefixed, typeset, verbatim, write
+from .pictures import COLOURS, DRAWING, add_picture_options, plt, prefixed, typeset, verbatim, write
 
 import numpy as np
 from matplotlib.markers import MarkerStyle
@@ -27,8 +27,8 @@ from ..scene import Scene
 from ..stored_model import StoredModel
 
 LOAD, CRACK, SUPPORT, MOTION = COLOURS[:4]
-LOOK = {"font.size": 17, "axes.titlesize": 17, "axes.grid": False, "lines.linewidth": 2.5, "axes.linewidth": 1.2, "figure.dpi": 72,
-        "savefig.bbox": "tight", "savefig.pad_inches": 0.1}
+LOOK = {"font.size": 17, "axes.titlesize": 17, "axes.grid": False, "lines.linewidth": 2.5, "axes.linewidth": 1.2, "figure.dpi": 72}
+PAD = 0.1    # around all that is drawn [inch]
 LARGEST, MARGIN = np.array([580.0, 430.0]), 92.0  # of the bodies, and around them [points]
 ARROW, GAP, SYMBOL, SPACING = 38.0, 6.0, 15.0, 44.0  # lengths of arrows, beside edges, of supports, and between either [points]
 AXES = {"x": np.array([1.0, 0.0]), "y": np.array([0.0, 1.0])}
@@ -98,6 +98,7 @@ def draw(scene, stored, tips, options):
     sheet.write_labels()
     if options.title:
         sheet.axes.set_title(options.title)
+    sheet.fit()
     return sheet.axes.figure
 
 
@@ -119,7 +120,7 @@ class Sheet:
         self.point = max((self.upper - self.lower) / LARGEST)
         self.factor, name = prefixed(max(self.upper - self.lower), "m")
         size = (self.upper - self.lower) / self.point + 2 * MARGIN
-        figure = plt.figure(figsize=size / 72)
+        figure = plt.figure(figsize=size / 72, label=DRAWING)
         self.axes = figure.add_axes((0, 0, 1, 1))
         start, end = self.lower - MARGIN * self.point, self.upper + MARGIN * self.point
         of_x = "radius $x$" if scene.run.plane == "axisymmetric" else "$x$"
@@ -186,6 +187,15 @@ class Sheet:
             best = int(np.argmin(hits))
             word.set_position(tried[best])
             boxes.append(found[best])
+
+
+    def fit(self):
+        """Have the figure end around all that is drawn, labels of axes too."""
+        figure = self.axes.figure
+        own, box = figure.get_size_inches(), figure.get_tightbbox()
+        size = np.array(box.size) + 2 * PAD
+        figure.set_size_inches(size)
+        self.axes.set_position([*((PAD - np.array(box.min)) / size), *(own / size)])
 
 
 class Scaled(MaxNLocator):
