@@ -5,6 +5,7 @@ import shutil
 
 import pytest
 
+import hampm as package
 from paths import INPUT, PACKAGE, PROGRAM, ROOT
 
 BLOCKS = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/how-to/python.md").read_text(), re.MULTILINE | re.DOTALL)
@@ -20,6 +21,13 @@ def test_a_model_in_yaml_is_a_scene(tmp_path, monkeypatch, plate):
     names = {}
     exec(next(block for block in BLOCKS if "yaml.safe_load" in block), names)
     assert names["model"] == plate and names["model"].mistakes() == []
+
+
+def test_messages_name_the_cell_of_a_notebook(plate):
+    names = {"plate": plate, "In": ["", "import hampm", "plate.run.title = 'a'"]}
+    exec(compile("plate.run.title = 'a'\nplate.grid.cell = -1.0", "/tmp/ipykernel_71/2349.py", "exec"), names)
+    with pytest.raises(package.ModelError, match=re.escape("In [2]:2: &grid cell")):
+        plate.check()
 
 
 @pytest.mark.verify

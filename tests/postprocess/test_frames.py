@@ -71,7 +71,10 @@ def test_cells_of_a_run_cover_its_grid_once(refined_result):
 def test_snapshots_are_found_by_number_and_time(refined_result):
     frames = Frames(refined_result)
     assert [frames.number(), frames.number(snapshot=0), frames.number(snapshot=-2)] == [3, 0, 2]
-    assert [frames.number(time=time) for time in (0.0, 1.2e-4, 1.0)] == [0, 1, 3]
+    assert [frames.number(time=time) for time in (0.0, 1.2e-4, 3.9e-4)] == [0, 1, 3]
+    for time in (-1.1e-4, 1.0):        # the run goes on to its next snapshot at most
+        with pytest.raises(ResultError, match="no snapshot near"):
+            frames.number(time=time)
 
 
 def test_only_half_a_model_has_images_beyond_its_crack_plane():

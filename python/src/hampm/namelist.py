@@ -184,11 +184,14 @@ def places(text: str, file: str) -> list[dict[str, Place]]:
 
 
 def _place_of_caller() -> Place:
-    """The line outside of this package that is carried out."""
+    """The line outside of this package that is carried out; of a notebook in its cell, In [3]."""
     frame = sys._getframe(1)
     while frame.f_back and frame.f_code.co_filename.startswith(PACKAGE):
         frame = frame.f_back
-    return Place(frame.f_code.co_filename, frame.f_lineno)
+    file, cells = frame.f_code.co_filename, frame.f_globals.get("In")
+    if isinstance(cells, list) and re.search(r"ipykernel_\d+|^<ipython-input", file):
+        file = f"In [{len(cells) - 1}]"
+    return Place(file, frame.f_lineno)
 
 
 def shown(value: Any) -> str:
