@@ -213,7 +213,9 @@ def test_snapshots_are_counted_on_a_terminal(script, refined_result, tmp_path, m
     arguments = ["animate.py", refined_result, "--dpi", 30, "-o", tmp_path / "a.gif"]
     assert script(*arguments).stderr == ""
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    assert [text for text in script(*arguments).stderr.split("\r")][-1] == "snapshot 4 of 4\n"
+    lines = script(*arguments).stderr.split("\r")
+    assert lines[-1].split("  ")[0] == "snapshot 4 of 4" and lines[-1].endswith(" \n") and re.match(r"snapshot 3 of 4, \d+ s left ", lines[-2])
+    assert script(*arguments, "--every", 3).stderr.split("\r")[-1].startswith("snapshot 2 of 2 ")
 
 
 def test_scene_without_a_crack(script, hampm, tmp_path):

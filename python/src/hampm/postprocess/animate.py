@@ -83,7 +83,8 @@ def counted(numbers):
     for done, number in enumerate(numbers, 1):
         if sys.stderr.isatty():
             left = (time.monotonic() - begin) / max(done - 1, 1) * (len(numbers) - done + 1)
-            print(f"\rsnapshot {done} of {len(numbers)}, {left:.0f} s left   ", end="\n" if done == len(numbers) else "", file=sys.stderr, flush=True)
+            words = f", {left:.0f} s left" if 1 < done < len(numbers) else ""
+            print(f"\r{f'snapshot {done} of {len(numbers)}{words}':40}", end="\n" if done == len(numbers) else "", file=sys.stderr, flush=True)
         yield number
 
 
