@@ -130,6 +130,7 @@ contains
          associate (lower => model%constraints(k)%lower, upper => model%constraints(k)%upper)
             if (size(lower) < ndim .or. size(upper) < ndim) cycle
             associate (held => min(upper, box%upper) - max(lower, box%lower))
+               if (.not. any(held >= narrow*maxval(box%upper - box%lower))) cycle
                length = min(length, coarsest/in_supports*minval(held, mask=held >= narrow*maxval(box%upper - box%lower)))
             end associate
          end associate

@@ -35,7 +35,7 @@ contains
       type(mass_choice_t) :: choice
       choice%by = merge(by_cg, by_direct, solver == 'cg')
       select case (mass)
-      case ('lumped')
+      case ('lumped', 'auto')                    ! 'auto' of models that no text has made
          choice%by = by_lumped
       case ('fmpm')
          choice%by = by_fmpm

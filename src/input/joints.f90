@@ -52,7 +52,7 @@ contains
       holds_material = .false.
       do i = 1, size(model%bodies)
          associate (body => model%bodies(i))
-            associate (parts => model%grid%order) ! quadratic cells have nodes in the middle of their sides
+            associate (parts => max(1, model%grid%order)) ! quadratic cells have nodes in the middle of their sides
                from = first_whole(parts*max(first, first_node(model, body)))/parts
                to = aint(parts*min(last, last_node(model, body)))/parts
             end associate

@@ -275,10 +275,8 @@ module hampm_key_table
       key_t('shape_functions', type_name, &
          'of a particle in frame = ''updated'': of its place, or the mean over the corners of its '//'domain', default='linear', &
          allowed='linear|cpdi'), &
-      key_t('mass', type_name, 'mass matrix: by row sums, consistent, so in some cells, a series for its inverse, a '// &
-         'weighted mean of both, or that around growing tips; auto: tip_weighted where tips of the '// &
-         'plane grow in explicit steps, without contact or cohesion, else lumped', default='auto', &
-         allowed='auto|lumped|consistent|partial|fmpm|weighted|tip_weighted'), &
+      key_t('mass', type_name, 'by row sums, consistent, so in some cells, a series, a weighted mean, that around tips; '// &
+         'auto: lumped or tip_weighted', default='auto', allowed='auto|lumped|consistent|partial|fmpm|weighted|tip_weighted'), &
       key_t('order', type_integer, 'of mass = ''fmpm'': number of terms of the series; 1 is lumped', default='2', &
          allowed='[1, 100]', lowest=1.0_dp, highest=100.0_dp), &
       key_t('lumped_fraction', type_real, &

@@ -35,7 +35,7 @@ contains
             if (any(constraint%upper < constraint%lower)) then
                call settings%complain(entry, 'upper', 'must not be below lower = '//point_text(constraint%lower))
             else if (has_grid) then
-               if (.not. nodes_touched(model%grid, constraint%lower, constraint%upper, model%grid%order)) then
+               if (.not. nodes_touched(model%grid, constraint%lower, constraint%upper, max(1, model%grid%order))) then
                   call settings%complain(entry, 'lower', 'the box up to '//point_text(constraint%upper)// &
                                          ' must hold at least one node of the grid (nodes are at lower + i*cell, of quadratic '// &
                                          'cells in the middle of their sides too)')

@@ -214,6 +214,7 @@ contains
       method = settings%find('method', 1)
       they_do = .false.
       if (ndim > 2 .or. settings%text(method, 'time') /= 'explicit' .or. settings%text(method, 'scheme') == 'usl') return
+      if (settings%number(method, 'courant') > 0) return ! of the steps of lumped masses, which are longer
       if (settings%count_of('cohesive') > 0) return
       allocate (laws, source=growth_laws())
       do k = 1, settings%count_of('growth')

@@ -18,7 +18,6 @@ module hampm_problem
    use hampm_matter, only: matter_t
    use hampm_state_update, only: update_particle_state
    use hampm_mass_matrix, only: find_coupled_region, lump_at
-   use hampm_numbering, only: nodes_of_elements
    use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, finish_sums
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t, scheme_t, new_scheme, new_scheme_of_domains
@@ -154,7 +153,6 @@ contains
       type(problem_t), intent(in) :: m
       logical, allocatable :: is_near(:)
       logical :: is_met(m%grid%n_points)
-      integer, allocatable :: nodes(:)
       integer :: e, k, ring
       allocate (is_near(merge(m%grid%n_elements, 0, m%mass%around_tips)), source=.false.)
       if (.not. m%mass%around_tips) return
@@ -166,8 +164,11 @@ contains
       end do
       do ring = 1, cells_around_tips
          is_near = [(any(is_met(m%grid%support_of(e))), e=1, m%grid%n_elements)]
-         call nodes_of_elements(m%grid, pack([(e, e=1, m%grid%n_elements)], is_near), nodes)
-         is_met(nodes) = .true.
+         do e = 1, m%grid%n_elements
+            if (is_near(e)) is_met(m%grid%support_of(e)) = .true.
+         end do
+         call m%grid%dofs%mark_masters(is_met)
+         call m%grid%dofs%mark_hanging(is_met)
       end do
    end function near_growing_tips
 

@@ -186,7 +186,7 @@ def completed(manual, folder, words):
 @pytest.mark.parametrize("words, offered", [
     (["--res"], ["--resume"]),
     (["--set", "method.ma"], ["method.mass="]),
-    (["--set", "method.mass", "="], ["consistent", "fmpm", "lumped", "partial", "weighted"]),
+    (["--set", "method.mass", "="], ["auto", "consistent", "fmpm", "lumped", "partial", "tip_weighted", "weighted"]),
     (["--set", "method.mass", "=", "l"], ["lumped"]),
     (["--set", "method.mass=l"], ["method.mass=lumped"]),
     (["--set", "energy_release.energy_balance", "=", ".t"], [".true."]),

@@ -260,7 +260,7 @@ class Method(Group):
     shape_functions: Literal['linear', 'cpdi'] | None
     """Of a particle in frame = 'updated': of its place, or the mean over the corners of its domain; default 'linear'"""
     mass: Literal['auto', 'lumped', 'consistent', 'partial', 'fmpm', 'weighted', 'tip_weighted'] | None
-    """Mass matrix: by row sums, consistent, so in some cells, a series for its inverse, a weighted mean of both, or that aroun; default 'auto'"""
+    """By row sums, consistent, so in some cells, a series, a weighted mean, that around tips; auto: lumped or tip_weighted; default 'auto'"""
     order: int | None
     """Of mass = 'fmpm': number of terms of the series; 1 is lumped; [1, 100]; default 2"""
     lumped_fraction: float | None
