@@ -176,7 +176,7 @@ def resolved(group, key, given):
     """Whether the program puts something else in the place of a value."""
     return (group, key) == ("crack", "direction") or \
         (group, key) in {("output", "history_interval"), ("method", "courant"), ("method", "time_step")} and given in ([], [0.0]) or \
-        (group, key) == ("method", "solver") and given == ["auto"] or \
+        group == "method" and key in ("solver", "mass") and given == ["auto"] or \
         (group, key) == ("output", "file") and given == []
 
 
