@@ -216,6 +216,9 @@ contains
       if (ndim > 2 .or. settings%text(method, 'time') /= 'explicit' .or. settings%text(method, 'scheme') == 'usl') return
       if (settings%number(method, 'courant') > 0) return ! of the steps of lumped masses, which are longer
       if (settings%count_of('cohesive') > 0) return
+      if (settings%text(method, 'frame') == 'updated') then ! what flies through the cells loses more with solved masses
+         if (any([(any(abs(settings%numbers(settings%find('body', k), 'velocity')) > 0), k=1, settings%count_of('body'))])) return
+      end if
       allocate (laws, source=growth_laws())
       do k = 1, settings%count_of('growth')
          they_do = they_do .or. any(laws%name == settings%text(settings%find('growth', k), 'law') .and. .not. laws%is_static)
