@@ -79,6 +79,13 @@ def hampm3d(hampm):
     return run
 
 
+@pytest.fixture(params=("plane", "solid"))
+def either(request):
+    """Each of both programs, and whether it is that for solids."""
+    solid = request.param == "solid"
+    return request.getfixturevalue("hampm3d" if solid else "hampm"), solid
+
+
 @pytest.fixture
 def dcb(hampm):
     """`dcb(*arguments)` runs the double cantilever beam of input/ with coarse cells for a short time."""

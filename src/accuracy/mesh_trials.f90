@@ -95,7 +95,7 @@ contains
       class(trials_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
       real(dp), intent(in), optional :: rows     !! of the history, if not those of the run
-      real(dp) :: n, h
+      real(dp) :: n, h, measured
       h = real(self%first%lattice, dp)/mesh%lattice
       n = max(self%particles_of(mesh), 2.0_dp)
       select case (self%family%time)
@@ -106,11 +106,9 @@ contains
        case default
          work = self%family%work*n*self%steps/h
       end select
-      if (present(rows)) then
-         work = work + of_row*n*rows
-      else
-         work = work + of_row*n*self%rows
-      end if
+      measured = self%rows
+      if (present(rows)) measured = rows
+      work = work + of_row*n*measured
    end function work_of
 
    !> Levels with which the error of the first mesh is small enough where it is all of the cells at the tips.

@@ -166,7 +166,7 @@ contains
       low = whole%in_plane(whole%lower)
       high = whole%in_plane(whole%upper)
       margin = rounding*norm(high - low)
-      if (size(region%all_walls()) > 0) call part_edges(region, margin)
+      call part_edges(region, margin)
       n = size(region%outline, 2)
       allocate (from(n), to(n), begins(n), ends(n))
       do k = 1, n
@@ -209,7 +209,7 @@ contains
       end do
    end subroutine find_fronts
 
-   !> Add a corner, not a kink, wherever the outline of a region meets a side of a body.
+   !> Add a corner, not a kink, wherever the outline of a region meets a side of a body or another crack.
    pure subroutine part_edges(region, shortest)
       type(region_t), intent(inout) :: region
       real(dp), intent(in) :: shortest           !! part of an edge that there is [m]
@@ -220,8 +220,9 @@ contains
       logical, allocatable :: may_be_front(:), is_corner(:)
       real(dp) :: before
       integer :: n, k, w, i
-      old = region
       walls = region%all_walls()
+      if (size(walls) == 0) return
+      old = region
       n = size(old%outline, 2)
       allocate (outline(2, 0), may_be_front(0), is_corner(0))
       do k = 1, n

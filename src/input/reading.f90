@@ -3,9 +3,9 @@
 !> `--set group.key=value`: values of the command line that replace values of the file.
 module hampm_reading
    use hampm_body_group, only: body_t, fill_bodies
+   use hampm_choice_sets, only: is_among
    use hampm_consistency, only: check_consistency
    use hampm_failure, only: failure_t
-   use hampm_growth_laws, only: growth_law_t, growth_laws
    use hampm_kinds, only: dp, ndim
    use hampm_namelist_file, only: read_text, scan_namelist, scan_value_text
    use hampm_namelist_text, only: canonical_text
@@ -209,7 +209,6 @@ contains
    !> ahead of a front would have a solution of its own.
    pure logical function waves_of_cells_leave_tips(settings) result(they_do)
       type(settings_t), intent(in) :: settings
-      type(growth_law_t), allocatable :: laws(:)
       integer :: k, method
       method = settings%find('method', 1)
       they_do = .false.
@@ -219,10 +218,8 @@ contains
       if (settings%text(method, 'frame') == 'updated') then ! what flies through the cells loses more with solved masses
          if (any([(any(abs(settings%numbers(settings%find('body', k), 'velocity')) > 0), k=1, settings%count_of('body'))])) return
       end if
-      allocate (laws, source=growth_laws())
-      do k = 1, settings%count_of('growth')
-         they_do = they_do .or. any(laws%name == settings%text(settings%find('growth', k), 'law') .and. .not. laws%is_static)
-      end do
+      they_do = any([(is_among(settings%text(settings%find('growth', k), 'law'), ['{growth laws in motion}']), &
+                      k=1, settings%count_of('growth'))])
       do k = 1, settings%count_of('crack')
          they_do = they_do .and. settings%text(settings%find('crack', k), 'contact') == 'none'
       end do

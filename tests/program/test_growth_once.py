@@ -43,11 +43,10 @@ def strip(solid, way, sign=1, toughness=None, more="", tip=0.0, growth=None, ste
 """
 
 
-@pytest.fixture(params=("plane", "solid"))
-def grow(request):
+@pytest.fixture
+def grow(either):
     """Runs a strip: its row, in which `way` is the way that the crack has grown [m]."""
-    solid = request.param == "solid"
-    program = request.getfixturevalue("hampm3d" if solid else "hampm")
+    program, solid = either
 
     def of(*arguments, **options):
         row = run(program, strip(solid, *arguments, **options))

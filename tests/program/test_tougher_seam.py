@@ -38,11 +38,10 @@ def strip(solid, drive, toughness=(WEAK, TOUGH), steps=10, pull=1e-6, end=1.0, s
 """
 
 
-@pytest.fixture(params=("plane", "solid"))
-def grow(request):
+@pytest.fixture
+def grow(either):
     """Runs a strip: its row, with the place of the crack's end as `place` [m] and G as `rate` [J/m2]."""
-    solid = request.param == "solid"
-    program = request.getfixturevalue("hampm3d" if solid else "hampm")
+    program, solid = either
 
     def of(*arguments, **options):
         row = run(program, strip(solid, *arguments, **options))
