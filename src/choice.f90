@@ -421,6 +421,7 @@ contains
       type(mesh_t) :: before
       integer :: family
       logical :: deepens                         ! whether the second mesh is the first one with more levels
+      logical :: keeps                           ! whether the run kept within the limits
       goes = .false.
       before = choice%mesh
       family = choice%family
@@ -436,11 +437,12 @@ contains
          if (choice%tries == 1) call trials%fit(pilot, pilot, pilot, trials%first, trials%first)
          deepens = .not. (compares .or. ndim == 3 .or. choice%limits%has_levels)
          if (choice%tries == 2 .and. deepens) call trials%fit(choice%first, choice%first, pilot, trials%first, before)
-         if (pilot%error <= 1 .and. .not. compares .or. pilot%error >= no_value .or. choice%tries > most_tries) return
-         if (choice%tries > 2 .and. .not. compares .and. pilot%error > stalled*last) return
+         keeps = pilot%seconds <= choice%limits%seconds .and. pilot%particles*pilot%bytes <= choice%limits%bytes
+         if (pilot%error <= 1 .and. keeps .and. .not. compares .or. pilot%error >= no_value .or. choice%tries > most_tries) return
+         if (choice%tries > 2 .and. keeps .and. .not. compares .and. pilot%error > stalled*last) return
          if (choice%tries == 1 .and. (compares .or. ndim == 3) .or. compares .and. .not. allocated(trials%values)) then
             call choose_by_pilots(choice, pilot, threads, model, failure)
-         else if (choice%tries == 1 .and. deepens) then
+         else if (choice%tries == 1 .and. deepens .and. keeps) then
             choice%predicted = aim
             call take(choice, family, mesh_t(trials%first%lattice, trials%deeper_levels(pilot%error)), model, failure)
          else if (choice%tries == 1 .or. choice%tries == 2 .and. deepens) then

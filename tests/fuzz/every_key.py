@@ -23,7 +23,8 @@ from runs import PROGRAM
 
 LONGEST = 60    # that a run may take, in the checked build on a busy machine [s]
 # Limits, which do nothing where they are not reached, and the mass of what is at rest
-IDLE = "material.density", "run.stop_when", "run.stop_length", "run.stop_load", "run.stop_rest", "nucleation.strength", "nucleation.increment"
+IDLE = "material.density", "run.stop_when", "run.stop_length", "run.stop_load", "run.stop_rest", "nucleation.strength", "nucleation.increment", "accuracy.must", \
+    "accuracy.quantity", "accuracy.error"   # the same mesh may be the best for another error
 OPEN = "refused", "acts", "failed", "said", "stands for what it was"
 STEPS = 2000   # that a run may take: what is at rest takes many more where it is to move
 STEEL = "young = 200e9  poisson = 0.3  density = 8000"
@@ -200,12 +201,16 @@ SCENES = {
     + EVERY.format("1e-6"),
     "consistent mass where refined": plate(end="2e-6") + HELD + PULL.format("") + PATH.format("") + J.format("") + "&refine indicator = 'tip' max_level = 1 rings = 2 /\n"
     + "&method mass = 'partial' consistent_region = 'refined' consistent_lower = -6e-3, -6e-3 consistent_upper = 6e-3, 6e-3 /\n" + EVERY.format("1e-6"),
+    "an error asked, of shear that fades": "\n".join(line for line in plate(end="1.0").split("\n") if not line.startswith("&grid")) + HELD + PULL.format("")
+    + PULL.format("history = 'table' times = 0.0, 0.5, 1.0 factors = 1.0, 1.0, 0.05").replace("20e3, 100e3", "90e3, 0.0") + PATH.format("")
+    + STATIC.format("load_steps = 2") + "&accuracy quantity = 'K_II' error = 0.02 /\n",
 }
 
 # Other values of keys, for the scenes above, with keys of the same group that they require; those with a choice take each of it, and what is
 # not here a number that is a little different.
 HISTORIES = ["step", "ramp;rise_time=1e-6", "smooth_ramp;rise_time=1e-6", "sine;frequency=1e4", "table;times=0.0,2e-6;factors=0.0,0.5"]
 VALUES = {
+    "accuracy.error": ["0.9", "0.05"], "accuracy.must": [".true.;error=1e-9"], "accuracy.quantity": ["G", "K_III"], "accuracy.most_time": ["1e-9"], "accuracy.most_memory": ["1e3"],
     "run.title": ["another"], "run.end_time": ["0.9*"], "grid.lower": ["-10e-3,-14e-3", "-0.1,0.0"], "grid.cell": ["1.1*"], "grid.cells": ["22,4", "10,14", "18,12"],
     "material.name": ["b"], "material.moduli": ["1e10", "15e9,20e9"], "material.relaxation_times": ["0.1", "0.2,2.0"], "material.yield_stress": ["1.1*", "1e8"],
     "material.hardening": ["1.1*", "1e9"], "material.saturation": ["1.1*", "1e8"], "material.saturation_strain": ["1.1*", "2e-3"], "material.kinematic_hardening": ["1.1*", "1e9"],
@@ -371,8 +376,8 @@ def try_key(program, folder, text, plain, setting):
     return "said" if told.search(said) else "silent in --check"
 
 
-# Names by which other groups mean a group, and kinds that need other keys: they act by being refused where nothing fits them
-NAMES = ("load.name", "probe.quantity", "probe.of", "material.name", "body.shape", "body.hole", "load.kind", "load.on", "load.crack", "crack.kind", "growth.crack", "growth.law", "nucleation.crack", "cohesive.crack", "cohesive.law")
+# Names by which other groups mean a group, and kinds that need other keys: they act by being refused, or ending the run, where nothing fits them
+NAMES = ("accuracy.must", "accuracy.most_time", "accuracy.most_memory", "load.name", "probe.quantity", "probe.of", "material.name", "body.shape", "body.hole", "load.kind", "load.on", "load.crack", "crack.kind", "growth.crack", "growth.law", "nucleation.crack", "cohesive.crack", "cohesive.law")
 # Keys of solids, which planes refuse
 OF_SOLIDS = ("material.shear_13", "material.shear_23", "crack.normal", "crack.front", "crack.center", "crack.radii")
 PLANE = World(SCENES, VALUES, NAMES + OF_SOLIDS)
@@ -394,7 +399,7 @@ def try_each_once(program, random, extra, keys=None, world=PLANE):
 
         for key in random.sample(list(table), keys or len(table)):
             scenes = sorted(world.scenes, key=lambda name: not any(instances(world.scenes[name], key)))
-            wanted = {"acts", "refused", "said"} if world.refuses(key) else {"acts"}
+            wanted = {"acts", "refused", "said", "failed"} if world.refuses(key) else {"acts"}
             if not any(what(name, key)[1] in wanted for name in scenes):
                 findings.append(f"{key} acts in no scene")
         for _ in range(extra):

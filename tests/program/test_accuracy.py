@@ -126,6 +126,8 @@ def test_checked(hampm, text):
     (beam(1.5), 2, "error"),
     (beam(1e-9, keys="must = .true."), 3, "cannot be reached"),
     (beam(0.0001, keys="most_memory = 1e3"), 3, "most_memory"),
+    (beam(0.03, keys="most_memory = 1e3"), 3, "most_memory"),    # also where the first mesh, or the next, is good enough
+    (beam(0.01, keys="most_time = 1e-9"), 3, "most_time"),
     (beam(0.01).replace("quantity = 'J'", ""), 2, "quantity"),
 ])
 def test_what_cannot_be(hampm, model, code, words):
