@@ -76,7 +76,7 @@ endif
 LIBRARY += $(O)/processor.o
 TOOLS := $(addprefix $(O)/,forced_step newton_steps eigenvalue_limit)
 DRIVERS := $(addprefix $(O)/,results_driver fuzz_driver)
-MEASURED := $(addprefix $(O)/,bench_step minimal_step remeshing)
+MEASURED := $(addprefix $(O)/,bench_step minimal_step)
 UNIT_PROGRAMS := $(patsubst %.o,%,$(call objects,$(UNIT_TESTS)))
 PROGRAMS := $(PROGRAM) $(TOOLS) $(DRIVERS) $(MEASURED) $(UNIT_PROGRAMS)
 

@@ -13,7 +13,7 @@ import math
 
 import h5py
 import numpy as np
-from scene_runs import run_scene
+from program_runs import run_scene
 
 BARS = """
 &run plane = 'stress' end_time = {end} /

@@ -18,14 +18,13 @@ The solutions are in tests/reference/cracks; each file says where it is from. Ru
 .venv/bin/python bench/cracks.py places --number 50
 """
 
-import csv
 import math
 import random
 import sys
 
 import numpy as np
 import program_runs
-from tables import ROOT, command_line, write
+from tables import ROOT, command_line, reference, write
 
 REFERENCE = ROOT / "tests/reference/cracks"
 YOUNG, POISSON, THICKNESS = 200e9, 0.3, 1e-3
@@ -84,9 +83,7 @@ class Program(program_runs.Program):
 
 
 def rows(name):
-    """The rows of a reference."""
-    with open(REFERENCE / name, newline="") as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+    return reference(REFERENCE / name)
 
 
 def direction(degrees):
@@ -405,7 +402,7 @@ def wave_scene(cell, mass):
 
 def wave_errors(history):
     """Of the upper and the lower tip: rms of K_I and K_II over the peak, of means over a tenth of the window in which the reference is exact."""
-    table = [row for row in csv.DictReader(line for line in open(REFERENCE / "c4_slanted_crack_step_wave_30deg.csv") if line[0] != "#")]
+    table = rows("c4_slanted_crack_step_wave_30deg.csv")
     times, errors_of = history["time"] - WAVE_START, {}
     for tip, end in (("upper", ""), ("lower", "_tip2")):
         asked = np.array([[float(row[name]) for name in ("t[s]", "K_I[Pa*sqrt(m)]", "K_II[Pa*sqrt(m)]")] for row in table

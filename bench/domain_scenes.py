@@ -8,7 +8,7 @@
 import math
 
 import numpy as np
-from scene_runs import run_scene
+from program_runs import run_scene
 
 MATERIAL = "&material name = 'a'  law = 'neo_hookean'  young = 1e6  poisson = 0.3  density = 1000 /\n"
 

@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 
 from domain_scenes import change, deflection, elongation_error, energy, square
-from scene_runs import run_scene
+from program_runs import run_scene
 from tables import command_line, write
 
 DOMAINS = "frame = 'updated'  shape_functions = 'cpdi'  scheme = 'usl'  mass = 'consistent'"

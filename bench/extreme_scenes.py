@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import h5py
 import numpy as np
-from mass_matrices import KINDS, SCHEMES, bar_is_held, bisect, body, group, held, mass_settings, scene
+from mass_matrices import KINDS, SCHEMES, bar_is_held, bisect, body, group, held, is_stable, mass_settings, scene
 from mass_theory import Block
 from program_runs import Program
 from tables import ROOT
@@ -183,7 +183,7 @@ def courant(runner):
             theory = long.limit(scheme, a)
             edge = short.limit(scheme, b)
             for frame in FRAMES:
-                measured = bisect(runner, (20, 1, 0.0), kind, scheme, theory, 0.01, frame)
+                measured = bisect(lambda courant: is_stable(runner, (20, 1, 0.0), kind, scheme, courant, frame), theory, 0.01)
                 error = abs(measured / theory - 1)
                 cells.append(Cell(f"limit, {kind}, {scheme}, {frame}", "stable" if error < 0.01 else "defect",
                                   "limit of the time step against theory", error, 0.01, f"{measured:.3f}, {measured / theory:.3f}"))

@@ -16,7 +16,6 @@ The solutions are in tests/reference/growth; each file says where it is from. Ru
 .venv/bin/python bench/growth.py run
 """
 
-import csv
 import itertools
 import math
 import re
@@ -24,7 +23,7 @@ import sys
 
 import numpy as np
 import program_runs
-from tables import ROOT, command_line, write
+from tables import ROOT, command_line, reference, write
 
 REFERENCE = ROOT / "tests/reference/growth"
 YOUNG, POISSON, DENSITY = 199.992e9, 0.3, 5000.0
@@ -94,8 +93,7 @@ LONG_STRIP = """&run plane = 'strain'  end_time = {end!r} /
 
 
 def rows(name, folder=REFERENCE):
-    with (folder / name).open() as file:
-        return list(csv.DictReader(line for line in file if line[0] != "#"))
+    return reference(folder / name)
 
 
 def factor_of_speed(speed, name="k_I"):
@@ -125,7 +123,11 @@ def given(speed, start=1.5):
 def running(history, speed, cell, skip=5):
     """Errors of K_I, over its exact values, of the rows behind the first `skip` cells; and their means over each whole cell after these."""
     error = history["K_I"] / np.maximum(factor_of_speed(speed) * intensity_at_rest(history["time"]), 1.0) - 1
-    grown = (history["tip_x"] - history["tip_x"][0]) / cell
+    return behind(error, (history["tip_x"] - history["tip_x"][0]) / cell, skip)
+
+
+def behind(error, grown, skip):
+    """Errors behind the first `skip` cells, and their means over each whole cell after these."""
     means = [np.mean(error[(grown >= i) & (grown < i + 1)]) for i in range(skip, int(grown[-1])) if np.any((grown >= i) & (grown < i + 1))]
     return error[grown > skip], np.array(means)
 
@@ -140,9 +142,7 @@ def benchmark_errors(history, cell, skip=5):
     """Errors of K_I behind the first `skip` cells, and their means over each whole cell after these."""
     table = [row for row in rows("c2_freund_xfem_benchmark_1500.csv") if float(row["v[m/s]"]) > 0]
     error = history["K_I"] / np.interp(history["time"], *([float(row[name]) for row in table] for name in ("t[s]", "K_I[Pa*sqrt(m)]"))) - 1
-    grown = history["tip_x"] / cell
-    means = [np.mean(error[(grown >= i) & (grown < i + 1)]) for i in range(skip, int(grown[-1])) if np.any((grown >= i) & (grown < i + 1))]
-    return error[grown > skip], np.array(means)
+    return behind(error, history["tip_x"] / cell, skip)
 
 
 def long_strip_scene(levels, speed):

@@ -2,6 +2,7 @@
 
 import os
 import statistics
+import subprocess
 import sys
 from functools import cached_property
 from pathlib import Path
@@ -78,3 +79,19 @@ class Program:
         process = os.posix_spawn(command[0], command, os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}, file_actions=actions)
         _, status, usage = os.wait4(process, 0)
         return os.waitstatus_to_exitcode(status), log.read_text(errors="replace"), usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
+
+
+def run_scene(program, folder, text, options=(), name="case"):
+    """Run a scene: its history, and the fields of the particles in its last snapshot."""
+    (folder / f"{name}.nml").write_text(text)
+    words = [word for option in options for word in ("--set", option)]
+    result = subprocess.run([program, f"{name}.nml", "--force", "--quiet", *words], cwd=folder, capture_output=True, text=True)
+    if result.returncode:
+        raise RuntimeError(result.stderr)
+    with h5py.File(folder / f"{name}.h5") as file:
+        history = {column: values[:] for column, values in file["history"].items()}
+        particles = file["VTKHDF/particles"]
+        n = particles["NumberOfPoints"][-1]
+        fields = {column: values[-n:].squeeze() for column, values in particles["PointData"].items()}
+        fields["place"] = particles["Points"][-n:, :2]
+    return history, fields

@@ -8,17 +8,13 @@
 Run by `make -C bench static`; a part alone: .venv/bin/python bench/static.py price
 """
 
-import argparse
 import statistics
-import tempfile
-from pathlib import Path
 
 import numpy as np
 from program_runs import Program
-from tables import ROOT
+from tables import ROOT, command_line
 
 CONVERGED = 1.28737  # G/G_ref at rest, tests/reference/dcb_static.csv
-PROGRAM = ROOT / "build/release/hampm"
 SCENE = ROOT / "input/dcb.nml"
 TURNS = 5
 PLAIN = {"output.snapshot_interval": 0, "method.frame": "total", "method.courant": 0,
@@ -32,9 +28,9 @@ def cells(n):
     return {"grid.cell": 0.01 / n, "grid.cells": f"{10 * n},{n + 1}"}
 
 
-def run(settings, folder):
+def run(settings, program):
     """Run the beam; processor time [s], largest memory [MiB], columns of the history."""
-    done = Program(PROGRAM, folder)(SCENE, settings)
+    done = program(SCENE, settings)
     return done.seconds, done.memory, done.columns
 
 
@@ -45,7 +41,7 @@ def error(columns, name="J"):
     return max(100 * (last / CONVERGED - 1), key=abs)
 
 
-def price(folder):
+def price(program):
     rows = [("damped, uniform, n = 28, usf", DAMPED | cells(28) | {"method.scheme": "usf"}, "G_vcct_I"),
             ("damped, zz 0.03, n = 2", DAMPED | cells(2) | {
                 "refine.indicator": "zz", "refine.tolerance": 0.03, "refine.max_level": 6, "refine.start": 8e-4, "refine.interval": 50,
@@ -60,7 +56,7 @@ def price(folder):
     for turn in range(TURNS):
         for name, settings, _ in rows:
             if turn == 0 or not name.startswith("damped, zz"):   # a minute each
-                measured[name].append(run(settings, folder))
+                measured[name].append(run(settings, program))
     yardstick = statistics.median(seconds for seconds, _, _ in measured[rows[0][0]])
     print("| setting | estimator | cells | error | CPU s | of the first |\n|---|---|---|---|---|---|")
     for name, _, column in rows:
@@ -75,14 +71,14 @@ def price(folder):
           f"1/{yardstick / seconds:.1f} |")
 
 
-def size(folder):
+def size(program):
     print("| particles | unknowns | direct s | MiB | cg s | MiB |\n|---|---|---|---|---|---|")
     before, times = None, {}
     for n in (5, 16, 50, 158):
         taken = []
         for solver in ("direct", "cg"):
             settings = STATIC | cells(n) | {"method.solver": solver, "energy_release.estimators": "vcct", "energy_release.energy_balance": ".false."}
-            seconds, memory, _ = run(settings, folder)
+            seconds, memory, _ = run(settings, program)
             times[n, solver] = seconds
             taken.append(f"{seconds:.2f} | {memory:.0f}")
         particles = 40 * n**2
@@ -94,7 +90,7 @@ def size(folder):
         before = n
 
 
-def limit(folder):
+def limit(program):
     long = {"damping.rate": 1.2e4, "run.end_time": 1.6e-2, "output.history_interval": 1e-3}
     print("| cell [mm] | mesh | mass | G_vcct | G_stress_closure | J | K_I |\n|---|---|---|---|---|---|---|")
     for n in 2, 8:
@@ -104,21 +100,14 @@ def limit(folder):
                                    "energy_release.estimators": "vcct,stress_closure,domain_integral", "energy_release.energy_balance": ".false."}
                 if mesh == "refined":
                     both |= {"refine.indicator": "tip", "refine.max_level": 2}
-                rest, motion = (run(given | both, folder)[2] for given in (STATIC, PLAIN | long))
+                rest, motion = (run(given | both, program)[2] for given in (STATIC, PLAIN | long))
                 differences = [f"{rest[name][-1] / motion[name][-1] - 1:+.1e}"
                                for name in ("G_vcct_I", "G_stress_closure_I", "J", "K_I")]
                 print(f"| {10 / n} | {mesh} | {mass} | {' | '.join(differences)} |", flush=True)
 
 
-def main():
-    parts = {"price": price, "size": size, "limit": limit}
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", nargs="*", choices=[*parts, []], help="what to measure (default: all)")
-    for name in parser.parse_args().part or parts:
-        print(f"\n{name}")
-        with tempfile.TemporaryDirectory() as folder:
-            parts[name](Path(folder))
-
-
 if __name__ == "__main__":
-    main()
+    ARGUMENTS = command_line(__doc__, ["price", "size", "limit"], "results/static")
+    for part in ARGUMENTS.part:
+        print(f"\n{part}")
+        globals()[part](Program(ARGUMENTS.program, ARGUMENTS.output))

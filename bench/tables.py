@@ -1,4 +1,4 @@
-"""What the measuring scripts share: their command line, and tables on the screen, as CSV and in documents."""
+"""What the measuring scripts share: their command line, tables of references, and tables on the screen, as CSV and in documents."""
 
 import argparse
 import csv
@@ -18,6 +18,12 @@ def write(rows, name, folder):
     for row in rows:
         print("  ".join(str(value).ljust(width) for value, width in zip(row, widths)).rstrip())
     sys.stdout.flush()
+
+
+def reference(path):
+    """The rows of a table as dictionaries; lines that begin with # say where it is from."""
+    with open(path, newline="") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def rewrite(name, lines, text, path):
