@@ -91,7 +91,7 @@ parallel = --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,-j$(JOBS))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz tests/tools bench
 
 # Targets that compile nothing themselves
-TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab check test costs mutants verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff benchmarks
+TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab check test costs mutants verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff benchmarks release-check
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -269,6 +269,9 @@ benchmarks:  ## run published benchmarks of the field and write docs/evidence/be
 	@$(MAKE) $(parallel) program dim=3
 	$(PYTHON) tests/benchmarks/exam.py --write
 	tools/figures.sh $(O)/hampm $(PYTHON) --docs benchmarks
+
+release-check: setup  ## run all parts of a release that have not passed on this commit, at most 40 minutes each, and write docs/evidence/release.md; parts="test ledger": these
+	$(PYTHON) tools/release_check.py $(parts)
 
 setup:  ## install what is missing: compiler, libraries, Python environment
 	@tools/setup.sh

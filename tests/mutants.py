@@ -436,6 +436,7 @@ def judge_all(tests):
 
 
 def show(rows):
+    """Print the table and the survivors; the percentage that is killed of those that compile."""
     ends = collections.Counter(row["end"] for row in rows)
     counted = sum(count for end, count in ends.items() if end != "does not compile")
     killed = sum(count for end, count in ends.items() if end.startswith("killed"))
@@ -447,6 +448,7 @@ def show(rows):
     for row in rows:
         if row["end"].startswith("survived"):
             print(f"{row['file']}:{row['line']}\n    {row['old']}\n    {row['new']}")
+    return 100 * killed / max(counted, 1)
 
 
 def main():
@@ -457,6 +459,7 @@ def main():
     parser.add_argument("--whole", action="store_true")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no other fault after this time")
     parser.add_argument("--show", action="store_true")
+    parser.add_argument("--least", type=float, metavar="P", help="with --show: of the drawn ones only; exit code 1 where some have not run, or less than P percent are killed")
     asked = parser.parse_args()
     rows = [json.loads(line) for line in LEDGER.read_text().splitlines()] if LEDGER.exists() else []
     if not asked.show:
@@ -465,7 +468,14 @@ def main():
         os.environ.update({"HAMPM": f"build/{BUILDS[0]}", "HAMPM3D": f"build/{BUILDS[1]}"})
         whole = ["tests", "--ignore=tests/setup", "--ignore=tests/unit"] if asked.whole else [f"tests/{folder}" for folder in FOLDERS]
         pytest.main(["-q", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", f"--basetemp={FOLDER}/tmp", "-m", "not verify", *whole], plugins=[Tests(asked, rows)])
-    show(rows)
+    elif asked.least is not None:
+        places = {(fault[0], fault[1] + 1, fault[3].strip()) for fault in draw(asked.draw, asked.seed, TREE)}
+        rows = [row for row in rows if (row["file"], row["line"], row["new"]) in places]
+        if len(rows) < len(places):
+            sys.exit(f"{len(places) - len(rows)} of {len(places)} faults have not run")
+    percent = show(rows)
+    if asked.least is not None and percent < asked.least:
+        sys.exit(f"{percent:.1f} % killed, {asked.least:g} % asked")
 
 
 if __name__ == "__main__":
