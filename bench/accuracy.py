@@ -95,6 +95,7 @@ def main():
     parser.add_argument("--best", action="store_true")
     parser.add_argument("--csv", type=Path)
     parser.add_argument("--fit", action="store_true")
+    parser.add_argument("--least", type=float, default=0.0, metavar="P", help="exit code 1 where fewer models than P percent keep within an error that is asked")
     options = parser.parse_args()
     options.program = options.program or ROOT / ("build/release3d/hampm3d" if options.solids else "build/release/hampm")
     rows = []
@@ -123,12 +124,14 @@ def main():
             if asked is None:
                 continue
             rows += judged(program, bare(drawn_at), folder / "asked.nml", number, *asked, options.best, targets)
-    tell(rows, targets)
+    least = tell(rows, targets)
     if options.csv:
         with options.csv.open("w", newline="") as file:
             writer = csv.DictWriter(file, rows[0].keys())
             writer.writeheader()
             writer.writerows(rows)
+    if least < options.least / 100:
+        sys.exit(f"{least:.1%} of the models within an error, {options.least:g} % asked")
 
 
 def limited(program, most, folder):
@@ -262,17 +265,20 @@ def cheapest(rows, error):
 
 
 def tell(rows, targets=TARGETS):
-    """A table by what is asked."""
+    """Print a table by what is asked; the least part of the models that keep within."""
+    parts = []
     print("\n| asked | models | refused | within | told too large | reached, median | seconds, median | over the best, median | nine of ten |\n|" + "---|" * 9)
     for error in targets:
         chosen = [row for row in rows if row["asked"] == error]
         ran = [row for row in chosen if row["code"] != 2]
         if not ran:
             continue
+        parts.append(np.mean([row["reached"] <= error for row in ran]))
         over = np.array([row["seconds"] / row["best"] for row in ran if row["best"] == row["best"]])
-        print(f"| {error:.1%} | {len(chosen)} | {len(chosen) - len(ran)} | {np.mean([row['reached'] <= error for row in ran]):.0%} | {sum(row['code'] == 3 for row in ran)} | "
+        print(f"| {error:.1%} | {len(chosen)} | {len(chosen) - len(ran)} | {parts[-1]:.0%} | {sum(row['code'] == 3 for row in ran)} | "
               f"{np.median([row['reached'] for row in ran]):.2%} | {np.median([row['seconds'] for row in ran]):.2f} | " +
               (f"{np.median(over):.2g} | {np.quantile(over, 0.9):.2g} |" if over.size else "– | – |"))
+    return min(parts, default=0.0)
 
 
 if __name__ == "__main__":
