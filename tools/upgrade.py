@@ -5,7 +5,8 @@
     tools/upgrade.py --in-place *.nml *.yaml  writes the files that change
     tools/upgrade.py --columns                prints the new names of columns and attributes of results, as JSON
 
-A file that is rewritten already stays as it is. Keys and values that this table does not have are not looked at: `hampm --check` does.
+A file that is rewritten already stays as it is. Keys of which version 3 has nothing are left out of namelists and told, in sweeps they are told. Keys and values that these
+tables do not have are not looked at: `hampm --check` does. docs/how-to/upgrading.md has what changes beside names.
 """
 
 import argparse
@@ -19,7 +20,7 @@ from pathlib import Path
 
 # By its path: the package needs others, and this has to run where nothing is installed
 NAMES = runpy.run_path(str(Path(__file__).resolve().parent.parent / "python/src/hampm/former_names.py"))
-COLUMNS, ATTRIBUTES, KEYS, column, new_key = (NAMES[name] for name in ("COLUMNS", "ATTRIBUTES", "KEYS", "column", "new_key"))
+COLUMNS, ATTRIBUTES, KEYS, REMOVED, column, new_key = (NAMES[name] for name in ("COLUMNS", "ATTRIBUTES", "KEYS", "REMOVED", "column", "new_key"))
 VALUES = {  # of keys by their new names
     ("material", "volumetric"): {"point": "standard", "cell": "b_bar"},
     ("contact", "bodies"): {"joined": "bonded"},
@@ -44,7 +45,9 @@ def main():
         for path in options.files:
             with open(path, encoding="utf-8", errors="surrogateescape", newline="") as file:
                 text = file.read()
-            new = upgraded(text, path.suffix in (".yaml", ".yml"))
+            new = upgraded(text, path.suffix in (".yaml", ".yml"), told := [])
+            for words in told:
+                print(f"upgrade.py: {path}: {words}", file=sys.stderr)
             if not options.in_place:
                 sys.stdout.buffer.write(new.encode("utf-8", "surrogateescape"))
             elif new != text:
@@ -79,9 +82,9 @@ def columns():
     return {**{old + tip: new + tip for tip in tips for old, new in COLUMNS.items()}, **ATTRIBUTES}
 
 
-def upgraded(text, is_sweep=False):
-    """A namelist, or a sweep, with the names of version 2."""
-    return upgraded_sweep(text) if is_sweep else upgraded_namelist(text)
+def upgraded(text, is_sweep=False, told=None):
+    """A namelist, or a sweep, with the names of version 3; `told` is a list to which is added what a user has to know."""
+    return (upgraded_sweep if is_sweep else upgraded_namelist)(text, [] if told is None else told)
 
 
 def new_value(group, key, text):
@@ -96,7 +99,7 @@ def in_case_of(old, new):
 
 # Namelists: a list of tokens (kind, text), which together are the file.
 
-def upgraded_namelist(text):
+def upgraded_namelist(text, told):
     tokens = [(found.lastgroup, found[0]) for found in TOKEN.finditer(text)]
     written, group, at = [], None, 0
     while at < len(tokens):
@@ -110,6 +113,10 @@ def upgraded_namelist(text):
             key, first = new_key(group, word.lower()), at
             while at < len(tokens) and tokens[at][0] not in ("group", "end") and not is_key(tokens, at):
                 at += 1
+            if (group, key) in REMOVED:
+                told.append(f"&{group} {key} is left out: {REMOVED[group, key]}")
+                written = without_key(written, tokens[first:at])
+                continue
             values = [(kind, quoted_value(group, key, value) if kind == "text" else value) for kind, value in tokens[first:at]]
             name = word if key == word.lower() else in_case_of(word, key)
             if (group, key) == ESTIMATORS:
@@ -127,6 +134,18 @@ def is_key(tokens, at):
         return False
     behind = next((word for kind, word in tokens[at + 1:at + 3] if kind != "blank"), "")
     return behind in ("=", "(", "%")
+
+
+def without_key(written, behind):
+    """What is written before a key that is left out, and what stands behind its value; a line that had nothing else goes."""
+    last = max(k for k, (kind, _) in enumerate(behind) if kind not in ("blank", "comment")) + 1
+    before, rest = "".join(word for _, word in written), "".join(word for _, word in behind[last:])
+    end = re.match(r"[ \t]*(?:\r?\n)", rest)
+    if end and own_indent(written) is not None:
+        before, rest = before.rstrip(" \t"), rest[end.end():]
+    elif before[-1:] in (" ", "\t"):
+        rest = rest.lstrip(" \t")
+    return [("word", before), ("word", rest)]
 
 
 def quoted_value(group, key, text):
@@ -268,11 +287,12 @@ class Yaml:
         return Node(start, self.at, items, "sequence" if closing == "]" else "mapping", flow=True)
 
 
-def upgraded_sweep(text):
+def upgraded_sweep(text, told):
     changes = []
     root = Yaml(text).node(0)
     for label, value in root.items if root.kind == "mapping" else ():
         name = scalar_of(text, label)
+        told += [f"{group}.{key}: take it out, {REMOVED[group, key]}" for each in labels(name, value) for group, key in keys_of(text, each) if (group, key) in REMOVED]
         if name == "product" and value.kind == "mapping":
             for pair in value.items:
                 change_axis(text, *pair, changes)
@@ -287,6 +307,12 @@ def upgraded_sweep(text):
     for start, end, new in sorted(changes, reverse=True):
         text = text[:start] + new + text[end:]
     return text
+
+
+def labels(name, value):
+    """The keys of the product, or of the cases, of a sweep."""
+    groups = {"product": [value], "cases": value.items or []}.get(name, [])
+    return [label for group in groups if group.kind == "mapping" for label, _ in group.items]
 
 
 def scalars(node):

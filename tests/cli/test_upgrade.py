@@ -122,7 +122,7 @@ OLD = re.compile(
     r"\bG_(nodal_force|crack_closure)|\bnodal_force\b|\bpush_only\b|\bfull_(region|lower|upper)\b|\bdistance_from_rest\b|\bJ_spread\b"
     r"|\bdilatation *= *'|(?<!_)\bfunctions *= *'(cpdi|linear)'|\bmass *= *'(full|blend)'|\bmass=(full|blend)|\bblend = [.\d]"
     r"|\bmethod\.mass: [^\n]*\b(full|blend)\b|\bbodies *= *'joined'|`(full|blend|functions|dilatation|part|joined|kinematic|crack_closure|series_fit)`|estimators\b[^/\n]*\benergy_balance'")
-WITH_OLD = "test_words.py", "test_upgrade.py", "test_same_numbers.py", "test_history.py"  # which are about old names
+WITH_OLD = "upgrading.md", "test_words.py", "test_upgrade.py", "test_same_numbers.py", "test_history.py"  # which are about old names
 
 
 def tool(*arguments):
@@ -138,6 +138,52 @@ def test_files_are_rewritten_once(tmp_path, name, old, new):
     for _ in range(2):
         assert (tool("--in-place", file).returncode, file.read_bytes().decode()) == (0, new.replace("\n", "\r\n"))
     assert [item.name for item in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize(("old", "new"), [
+    ("&method\n   mass = 'full'\n   time_steps = 'local'\n   courant = 0.5\n/\n", "&method\n   mass = 'consistent'\n   courant = 0.5\n/\n"),
+    ("&method\n   time_steps = 'local'   ! as cells differ\n/\n", "&method\n   ! as cells differ\n/\n"),
+    ("&method time_steps='global', mass = 'full' /\n", "&method mass = 'consistent' /\n"), ("&method frame = 'total' time_steps = 'local' /\n", "&method frame = 'total' /\n")])
+def test_a_key_that_is_gone_is_left_out_and_told(tmp_path, old, new):
+    (tmp_path / "case.nml").write_text(old)
+    done = tool(tmp_path / "case.nml")
+    assert done.stdout == new and done.stderr == f"upgrade.py: {tmp_path}/case.nml: &method time_steps is left out: version 3 has one step for all cells\n"
+
+
+def test_a_key_that_is_gone_is_told_in_sweeps(tmp_path):
+    (tmp_path / "sweep.yaml").write_text("product:\n  method.mass, method.time_steps: [[full, local]]\ncases:\n  - {method.time_steps: local}\n")
+    done = tool(tmp_path / "sweep.yaml")
+    assert "[[consistent, local]]" in done.stdout and done.stderr.count("method.time_steps: take it out") == 2
+
+
+RELEASE_2 = "25183e6e"    # the commit of version 2.0.0
+MADE_TO_BE_REFUSED = {"tests/cases/body_without_area.nml", "tests/cases/fpe_expected_error.nml", "tests/cases/sine_not_resolved.nml",
+                      *(f"tests/cases/history_keys_ignored_{name}.nml" for name in ("constraint", "rise", "table"))}
+
+
+@pytest.fixture(scope="module")
+def version_2(tmp_path_factory):
+    """The files of version 2.0.0."""
+    archive = subprocess.run(["git", "archive", RELEASE_2, "input", "docs/lessons", "tests"], cwd=ROOT, capture_output=True)
+    if archive.returncode:
+        pytest.skip("the history has no version 2.0.0 here")
+    folder = tmp_path_factory.mktemp("version_2")
+    subprocess.run(["tar", "-x"], cwd=folder, input=archive.stdout, check=True)
+    return folder
+
+
+@pytest.mark.verify
+def test_all_models_of_version_2_are_taken(hampm, version_2):
+    models = {str(path.relative_to(version_2)): path for path in sorted(version_2.rglob("*.nml"))}
+    assert len(models) > 100 and tool("--in-place", *models.values()).returncode == 0
+    refused = {name: result.stderr for name, path in models.items() if (result := hampm(path.name, "--check", cwd=path.parent)).returncode}
+    assert refused.keys() == MADE_TO_BE_REFUSED, refused
+
+
+def test_all_sweeps_of_version_2_have_present_names(version_2):
+    sweeps = sorted((version_2 / "input").glob("*.yaml"))
+    assert sweeps and tool("--in-place", *sweeps).returncode == 0
+    assert not [path.name for path in sweeps if OLD.search(path.read_text())]
 
 
 def test_columns_are_listed():
@@ -178,8 +224,7 @@ def test_all_old_values_of_a_list_are_told_at_once(hampm, tmp_path):
 def test_the_program_knows_no_other_old_names():
     table = (ROOT / "src/input/keys.f90").read_text().split(":: renames(*)")[1].split("contains")[0]
     rows = {row for row in re.findall(r"renamed_t\('(\w+)', '(\w+)', '(\w*)'", table)}
-    gone = {("method", "time_steps", "")}  # in whose place nothing is written
-    assert rows - gone == {(*place, "") for place in upgrade.KEYS} | {(group, key, old) for group, key, old, _ in OLD_VALUES} | {(*upgrade.ESTIMATORS, upgrade.BALANCE)}
+    assert rows - {(*place, "") for place in upgrade.REMOVED} == {(*place, "") for place in upgrade.KEYS} | {(group, key, old) for group, key, old, _ in OLD_VALUES} | {(*upgrade.ESTIMATORS, upgrade.BALANCE)}
 
 
 def test_no_old_name_is_left():

@@ -18,6 +18,7 @@ KEYS = {
     ("method", "full_lower"): "consistent_lower",
     ("method", "full_upper"): "consistent_upper",
 }
+REMOVED = {("method", "time_steps"): "version 3 has one step for all cells"}
 
 
 def column(name: str) -> str:
