@@ -58,3 +58,28 @@ def test_contributing_names_files_that_exist():
     text = (ROOT / "CONTRIBUTING.md").read_text()
     for name in re.findall(r"\b(?:(?:python/)?src|tests|tools|docs)/[\w/-]+(?:\.(?:f90|py|sh|md|nml|toml))?(?![\w/<*.])", text):
         assert (ROOT / name).exists(), name
+
+
+# --- the paper --------------------------------------------------------------------------------------------------------
+
+PAPER, BIBLIOGRAPHY = ((ROOT / "paper" / name).read_text() for name in ("paper.md", "paper.bib"))
+NUMBERS = [("evidence/estimates.md", ["249", "2.4 times", "96 %"]), ("how-to/accuracy.md", ["64 of 64", "62 of 64"]),
+           ("evidence/benchmarks.md", ["| numbers | 312 |", "| suites | 31 |", "together | 271 |", "by hampm | 4 |"]),
+           ("evidence/performance.md", ["beyond 2.4 times as much", "to 0.05 % hampm takes 0.9 of", "takes 3 ns a particle"])]
+
+
+def test_the_paper_has_the_form_of_its_journal():
+    """Of JOSS: a head, two sections by name, 250 to 1000 words, and a list of references that are all cited."""
+    head, _, body = PAPER.removeprefix("---\n").partition("\n---\n")
+    assert all(re.search(rf"^{key}:", head, re.MULTILINE) for key in ("title", "tags", "authors", "affiliations", "date", "bibliography"))
+    assert {"Summary", "Statement of need", "References"} <= set(re.findall(r"^# (.*)$", body, re.MULTILINE))
+    assert 250 <= len(body.split()) <= 1000
+    assert set(re.findall(r"@(\w+(?::\d+)?)", body)) == set(re.findall(r"^@\w+\{([\w:]+),", BIBLIOGRAPHY, re.MULTILINE))
+
+
+@pytest.mark.parametrize(("page", "numbers"), NUMBERS, ids=[page for page, _ in NUMBERS])
+def test_numbers_of_the_paper_stand_on_their_pages(page, numbers):
+    text = " ".join((ROOT / "docs" / page).read_text().split())
+    assert [number for number in numbers if number not in text] == []
+    digits = set(re.findall(r"\d[\d.]*\d|\d", " ".join(numbers)))
+    assert digits - set(re.findall(r"\d[\d.]*\d|\d", PAPER.replace("four of them", "4"))) == set()
