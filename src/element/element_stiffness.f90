@@ -9,11 +9,10 @@ module hampm_element_stiffness
    use hampm_law, only: most_columns
    use hampm_material, only: material_t
    use hampm_matter, only: matter_t
-   use hampm_tensors, only: identity, trace
+   use hampm_tensors, only: identity
    implicit none
    private
-   public :: stiff_points, derivatives_at, n_derivatives, change_of_stress, element_stiffness, forces_by, mean_gradient_in, &
-             strain_by
+   public :: stiff_points, derivatives_at, n_derivatives, change_of_stress, element_stiffness, mean_gradient_in, strains_by_corners
 
 contains
 
@@ -134,7 +133,7 @@ contains
    end subroutine tangent_by_means
 
    !> Displacement gradients at a particle, their components consecutive, by a unit displacement of each corner in each direction
-   !> [1/m]; their trace is the mean where it is shared.
+   !> [1/m]; their trace is the mean where it is shared. Transposed it gives the forces on the corners by the stress, per volume.
    pure function strains_by_corners(gradient, mean, shares) result(strain)
       real(dp), intent(in) :: gradient(:, :), mean(:, :) !! [1/m], (corners, derivatives)
       logical, intent(in) :: shares
@@ -152,22 +151,6 @@ contains
       end do
    end function strains_by_corners
 
-   !> Displacement gradient at a particle by displacements of the corners, whose trace is the mean where it is shared [-].
-   pure function strain_by(u, gradient, mean, shares) result(h)
-      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, corners)
-      real(dp), intent(in) :: gradient(:, :), mean(:, :) !! [1/m], (corners, derivatives)
-      logical, intent(in) :: shares
-      real(dp) :: h(ndim, size(gradient, 2)), missing
-      integer :: c
-      h = matmul(u, gradient)
-      if (.not. shares) return
-      missing = 0
-      do c = 1, size(u, 2)
-         missing = missing + dot_product(u(:, c), of_trace(mean(c, :) - gradient(c, :)))
-      end do
-      h(:, :ndim) = h(:, :ndim) + missing/ndim*identity
-   end function strain_by
-
    !> Derivative of the trace of H by a displacement in each direction, from the derivatives of a shape function [1/m].
    pure function of_trace(derivatives) result(part)
       real(dp), intent(in) :: derivatives(:)     !! [1/m]
@@ -175,19 +158,6 @@ contains
       part = derivatives(:ndim)
       part(1) = part(1) + sum(derivatives(ndim + 1:))
    end function of_trace
-
-   !> Forces on the corners by the stress at a particle, per volume [N/m3]: the transpose of `strain_by`.
-   pure function forces_by(stress, gradient, mean, shares) result(force)
-      real(dp), intent(in) :: stress(:, :)       !! [Pa], (ndim, derivatives)
-      real(dp), intent(in) :: gradient(:, :), mean(:, :) !! [1/m], (corners, derivatives)
-      logical, intent(in) :: shares
-      real(dp) :: force(ndim, size(gradient, 1))
-      integer :: c
-      do c = 1, size(gradient, 1)
-         force(:, c) = matmul(stress, gradient(c, :))
-         if (shares) force(:, c) = force(:, c) + trace(stress(:, :ndim))/ndim*of_trace(mean(c, :) - gradient(c, :))
-      end do
-   end function forces_by
 
    !> Add the products V N_a,k N_b,l of the gradients at a point.
    pure subroutine sum_products(volume, gradient, products)

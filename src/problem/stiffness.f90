@@ -28,8 +28,8 @@ module hampm_stiffness
    use hampm_sparse, only: sparse_t
    use hampm_tensors, only: change_of_cofactors, identity, space
    use hampm_turned_faces, only: deformation_at
-   use hampm_element_stiffness, only: change_of_stress, derivatives_at, element_stiffness, forces_by, mean_gradient_in, &
-                                      n_derivatives, strain_by
+   use hampm_element_stiffness, only: change_of_stress, derivatives_at, element_stiffness, mean_gradient_in, n_derivatives, &
+                                      strains_by_corners
    use hampm_vectors, only: multiply
    implicit none
    private
@@ -323,21 +323,18 @@ contains
       integer, intent(in) :: k                   !! the point
       real(dp), intent(in) :: factor             !! of the load [-]
       real(dp) :: matrix(ndim*m%grid%n_functions, ndim*m%grid%n_functions)
-      real(dp), dimension(m%grid%n_functions, n_derivatives(m)) :: gradient, mean
-      real(dp) :: u(ndim, m%grid%n_functions), dh(ndim, n_derivatives(m)), force(ndim)
+      real(dp) :: strain(ndim*n_derivatives(m), ndim*m%grid%n_functions), dh(ndim, n_derivatives(m)), force(ndim)
       real(dp), dimension(space, space) :: f, df, change
       integer :: j, n
       n = size(matrix, 1)
       matrix = 0
       associate (i => load%particle(k), p => m%particles)
          if (.not. load%follows(p%material(i))) return
-         gradient = derivatives_at(m, i)
-         mean = mean_gradient_in(m, p%cell(i))
+         strain = strains_by_corners(derivatives_at(m, i), mean_gradient_in(m, p%cell(i)), &
+                                     m%materials(p%material(i))%mean_dilatation)
          f = deformation_at(p, i)
          do j = 1, n
-            u = 0
-            u(1 + mod(j - 1, ndim), 1 + (j - 1)/ndim) = 1
-            dh = strain_by(u, gradient, mean, m%materials(p%material(i))%mean_dilatation)
+            dh = reshape(strain(:, j), shape(dh))
             df = 0
             df(:ndim, :ndim) = dh(:, :ndim)
             if (size(dh, 2) > ndim) df(space, space) = dh(1, ndim + 1)
@@ -553,7 +550,8 @@ contains
       real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_points)
       real(dp), intent(in), optional :: factor(:) !! of each load, for those that follow faces [-]
-      real(dp), dimension(m%grid%n_functions, n_derivatives(m)) :: gradient, mean
+      real(dp) :: strain(ndim*n_derivatives(m), ndim*m%grid%n_functions), dh(ndim, n_derivatives(m)), &
+                  mean(m%grid%n_functions, n_derivatives(m))
       integer :: k, i, l
       allocate (force(ndim, m%grid%n_points), source=0.0_dp)
       associate (p => m%particles, b => m%blocks)
@@ -562,11 +560,11 @@ contains
                if (.not. any(abs(u(:, at)) > 0)) cycle
                mean = mean_gradient_in(m, e)
                do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-                  gradient = derivatives_at(m, i)
                   associate (material => m%materials(p%material(i)))
-                     force(:, at) = force(:, at) + p%volume(i)*forces_by(change_of_stress(material, p%gradient_of(i), &
-                                    strain_by(u(:, at), gradient, mean, material%mean_dilatation), p%history_of(i), &
-                                    p%hoop_of(i)), gradient, mean, material%mean_dilatation)
+                     strain = strains_by_corners(derivatives_at(m, i), mean, material%mean_dilatation)
+                     dh = reshape(matmul(strain, reshape(u(:, at), [size(strain, 2)])), shape(dh))
+                     dh = change_of_stress(material, p%gradient_of(i), dh, p%history_of(i), p%hoop_of(i))
+                     force(:, at) = force(:, at) + p%volume(i)*reshape(matmul(reshape(dh, [size(dh)]), strain), [ndim, size(at)])
                   end associate
                end do
             end associate
