@@ -22,6 +22,10 @@ module hampm_lattices
    real(dp), parameter :: least_part = 0.2_dp    !! of these cells that those of a unit with wishes may have
    real(dp), parameter :: most_aligned = 3e4_dp  !! cells that a unit may lead to
 
+   !> What marks nodes, in this order: up to pins they have to be nodes, then they are better nodes
+   integer, parameter :: of_bodies = 1, of_narrow_supports = 2, of_cracks_at_nodes = 3, of_pins = 4, of_supports = 5, &
+                         of_cracks = 6, of_loads = 7
+
    !> The lattices of a model.
    type :: lattices_t
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! corners of the box around all bodies [m]
@@ -144,7 +148,7 @@ contains
       real(dp), intent(in) :: wanted             !! size of the cells of the coarsest lattice [m]
       type(lattices_t), intent(inout) :: box
       real(dp) :: extent, farthest               ! of the places taken from the first [m]
-      logical :: is_marked(ndim)
+      logical :: is_marked(ndim), is_needed      ! whether an origin is known, and marks have to be nodes
       integer :: d, k, kind
       extent = maxval(box%upper - box%lower)
       is_marked = .false.
@@ -152,64 +156,48 @@ contains
       if (box%has_axis) is_marked(1) = .true.
       box%unit = 0
       farthest = 0
-      do d = 1, ndim
-         do k = 1, size(model%bodies)
-            if (model%bodies(k)%shape /= 'rectangle') cycle
-            call mark(model%bodies(k)%lower(d), d, is_needed=.true.)
-            call mark(model%bodies(k)%upper(d), d, is_needed=.true.)
+      do kind = of_bodies, of_loads
+         is_needed = kind <= of_pins
+         do d = 1, ndim
+            select case (kind)
+             case (of_bodies)
+               do k = 1, size(model%bodies)
+                  if (model%bodies(k)%shape == 'rectangle') call mark_ends(model%bodies(k)%lower, model%bodies(k)%upper, d)
+               end do
+             case (of_narrow_supports, of_supports)
+               do k = 1, size(model%constraints)
+                  associate (lower => model%constraints(k)%lower, upper => model%constraints(k)%upper)
+                     if (size(lower) < ndim .or. size(upper) < ndim .or. is_point(model%constraints(k))) cycle
+                     if (is_needed .and. upper(d) - lower(d) < narrow*extent) call mark(middle_of(model%constraints(k), d), d)
+                     if (.not. (is_needed .or. upper(d) - lower(d) < narrow*extent)) call mark_ends(lower, upper, d)
+                  end associate
+               end do
+             case (of_cracks_at_nodes, of_cracks)
+               do k = 1, size(model%planes)
+                  if (model%planes(k)%axis == d .or. .not. is_needed) call mark(model%planes(k)%center(d), d)
+               end do
+               do k = 1, size(model%paths)
+                  associate (points => model%paths(k)%points)
+                     if (size(points, 2) == 0) cycle
+                     if (model%paths(k)%is_symmetry .or. any(model%energy_release%chosen%needs_nodes) .or. .not. is_needed) &
+                        call mark_ends(points(:, 1), points(:, size(points, 2)), d)
+                  end associate
+               end do
+             case (of_pins)                      ! nodes may be in the middle of the sides of quadratic cells
+               do k = 1, size(model%constraints)
+                  if (is_point(model%constraints(k))) call mark(middle_of(model%constraints(k), d), d, merge(2, 1, ndim == 2))
+               end do
+             case default
+               do k = 1, size(model%loads)
+                  if (model%loads(k)%has_place) call mark_ends(model%loads(k)%lower, model%loads(k)%upper, d)
+               end do
+            end select
          end do
-         do k = 1, size(model%constraints)
-            associate (lower => model%constraints(k)%lower, upper => model%constraints(k)%upper)
-               if (size(lower) < ndim .or. size(upper) < ndim) cycle
-               if (is_point(model%constraints(k)) .or. .not. upper(d) - lower(d) < narrow*extent) cycle
-               call mark((lower(d) + upper(d))/2, d, is_needed=.true.)
-            end associate
-         end do
-         do k = 1, size(model%planes)
-            if (model%planes(k)%axis == d) call mark(model%planes(k)%center(d), d, is_needed=.true.)
-         end do
-         do k = 1, size(model%paths)
-            if (model%paths(k)%is_symmetry .or. any(model%energy_release%chosen%needs_nodes)) call mark_path(k, d, .true.)
-         end do
-      end do
-      do d = 1, ndim                             ! nodes may be in the middle of the sides of quadratic cells
-         do k = 1, size(model%constraints)
-            if (is_point(model%constraints(k))) call mark(middle_of(model%constraints(k), d), d, .true., merge(2, 1, ndim == 2))
-         end do
-      end do
-      if (box%unit > 0) then
+         if (kind /= of_pins .or. .not. box%unit > 0) cycle
          if (product((box%upper - box%lower)/box%unit) > most_aligned) then
             box%unit = 0
             farthest = 0
          end if
-      end if
-      do kind = 1, 3
-         do d = 1, ndim
-            select case (kind)
-             case (1)
-               do k = 1, size(model%constraints)
-                  associate (lower => model%constraints(k)%lower, upper => model%constraints(k)%upper)
-                     if (size(lower) < ndim .or. size(upper) < ndim) cycle
-                     if (upper(d) - lower(d) < narrow*extent) cycle
-                     call mark(lower(d), d, is_needed=.false.)
-                     call mark(upper(d), d, is_needed=.false.)
-                  end associate
-               end do
-             case (2)
-               do k = 1, size(model%planes)
-                  call mark(model%planes(k)%center(d), d, is_needed=.false.)
-               end do
-               do k = 1, size(model%paths)
-                  call mark_path(k, d, .false.)
-               end do
-             case default
-               do k = 1, size(model%loads)
-                  if (.not. model%loads(k)%has_place) cycle
-                  call mark(model%loads(k)%lower(d), d, is_needed=.false.)
-                  call mark(model%loads(k)%upper(d), d, is_needed=.false.)
-               end do
-            end select
-         end do
       end do
       if (box%unit <= 0) box%unit = wanted
       if (farthest > 0) box%unit = without_rounding(farthest, extent)/(anint(2*farthest/box%unit)/2) ! without rounding
@@ -241,23 +229,19 @@ contains
          is_off = abs((x - box%origin(d))/box%unit - anint((x - box%origin(d))/box%unit)) > tolerance
       end function is_off
 
-      !> Take the ends of a path.
-      subroutine mark_path(path, d, is_needed)
-         integer, intent(in) :: path, d
-         logical, intent(in) :: is_needed
-         associate (points => model%paths(path)%points)
-            if (size(points, 2) == 0) return
-            call mark(points(d, 1), d, is_needed)
-            call mark(points(d, size(points, 2)), d, is_needed)
-         end associate
-      end subroutine mark_path
+      !> Take a coordinate of both ends of a box or a path.
+      subroutine mark_ends(first, last, d)
+         real(dp), intent(in) :: first(:), last(:) !! [m]
+         integer, intent(in) :: d
+         call mark(first(d), d)
+         call mark(last(d), d)
+      end subroutine mark_ends
 
       !> Take a coordinate within the box, where it is needed or leaves the unit large enough: of nodes at corners of cells or, at
       !> their parts, between.
-      subroutine mark(x, d, is_needed, parts)
+      subroutine mark(x, d, parts)
          real(dp), intent(in) :: x               !! [m]
          integer, intent(in) :: d
-         logical, intent(in) :: is_needed
          integer, intent(in), optional :: parts  !! of a cell; 1 by default
          real(dp) :: a, b, rest
          if (x < box%lower(d) - same*extent .or. x > box%upper(d) + same*extent) return
