@@ -5,7 +5,7 @@ module hampm_crack_errors
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t, first_point
-   use hampm_estimated_errors, only: relative_errors, hardly, uncertainty
+   use hampm_estimated_errors, only: static_columns_t, relative_errors, in_all, hardly, uncertainty
    use hampm_expected_error, only: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, &
                                    find_static_tips, error_by_lengths, place_of_tip, lost_by_locking, disc_of_shifts, no_work, &
                                    weight_moved
@@ -156,6 +156,7 @@ contains
       type(particles_t) :: p
       integer :: k
       type(tip_field_t) :: field(2)
+      type(static_columns_t) :: by_rate, by_intensity, total
       associate (tip => cracks%tips(number), errors => values%errors)
          call find_static_crack(problem, rest, model, cracks%tips, number, problem%particles%thickness%at(tip%now), crack)
          if (.not. crack%known) then
@@ -170,38 +171,35 @@ contains
          errors%by_mode = .true.
          errors%of_tip = crack%part_of_tip()
          field = fields_at(problem%materials, tip)
-         associate (own => crack%g, deficit => crack%deficit(), best => crack%best(), correction => crack%correction())
-            do k = 1, size(values%estimates)
-               values%estimates(k)%error%relative = &
-                  relative_errors(found%estimates(k)%rate, own, deficit, best, correction, hardly**2)* &
-                  merge(1 + uncertainty, 1.0_dp, values%estimates(k)%by%needs_mass)
-            end do
-            errors%domain%relative = relative_errors(found%domain, own, deficit, best, correction, hardly**2)
-            ! In material whose modes turn into each other both have the relative error of either, unless one of them is small
-            errors%intensity%relative = relative_errors(found%intensity, field(1)%typical_intensities(own), deficit/2, &
-                                                        field(1)%typical_intensities(best), correction/2, &
-                                                        merge(hardly, 10*hardly, problem%materials(tip%material)%isotropic))
-            if (.not. problem%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
-            ! Across its axes the cells at the tip share G otherwise than its field: both modes have the error of G
-            if (field(1)%modes_couple() .and. .not. field(1)%is_at_interface) then
-               associate (of_rate => relative_errors([field(1)%rate_of(found%intensity)], [sum(own)], &
-                                                     [sum(deficit*own)/sum(own)], [sum(best)], [sum(correction*best)/sum(best)], &
-                                                     hardly**2))
-                  errors%domain%relative = of_rate(1)*sum(abs(found%domain))/max(abs(found%domain), tiny(1.0_dp))
-                  errors%intensity%relative = of_rate(1)/2*norm(found%intensity)/max(abs(found%intensity), tiny(1.0_dp))
-               end associate
-            end if
-            ! Between two materials the share of each mode depends on the cell size
-            if (tip%phase_length > 0) errors%intensity%relative = &
-               maxval(relative_errors([norm(found%intensity)], [norm(field(1)%typical_intensities([sum(own), 0.0_dp]))], &
-                                      [sum(deficit*own)/sum(own)]/2, &
-                                      [norm(field(1)%typical_intensities([sum(best), 0.0_dp]))], &
-                                      [sum(correction*best)/sum(best)]/2, hardly)) &
-               *(turn_of(field(1)) + abs(found%intensity)/max(norm(found%intensity), tiny(1.0_dp)))
-            if (allocated(found%j)) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(own)], &
-                                                               [sum(deficit*own)/sum(own)], [sum(best)], &
-                                                               [sum(correction*best)/sum(best)], hardly**2))
-         end associate
+         by_rate = static_columns_t(crack%g, crack%deficit(), crack%best(), crack%correction())
+         total = in_all(by_rate)
+         do k = 1, size(values%estimates)
+            values%estimates(k)%error%relative = relative_errors(by_rate, found%estimates(k)%rate, hardly**2)* &
+                                                 merge(1 + uncertainty, 1.0_dp, values%estimates(k)%by%needs_mass)
+         end do
+         errors%domain%relative = relative_errors(by_rate, found%domain, hardly**2)
+         ! In material whose modes turn into each other both have the relative error of either, unless one of them is small
+         by_intensity = static_columns_t(field(1)%typical_intensities(by_rate%own), by_rate%deficit/2, &
+                                         field(1)%typical_intensities(by_rate%best), by_rate%correction/2)
+         errors%intensity%relative = relative_errors(by_intensity, found%intensity, &
+                                     merge(hardly, 10*hardly, problem%materials(tip%material)%isotropic))
+         if (.not. problem%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
+         ! Across its axes the cells at the tip share G otherwise than its field: both modes have the error of G
+         if (field(1)%modes_couple() .and. .not. field(1)%is_at_interface) then
+            associate (of_rate => relative_errors(total, [field(1)%rate_of(found%intensity)], hardly**2))
+               errors%domain%relative = of_rate(1)*sum(abs(found%domain))/max(abs(found%domain), tiny(1.0_dp))
+               errors%intensity%relative = of_rate(1)/2*norm(found%intensity)/max(abs(found%intensity), tiny(1.0_dp))
+            end associate
+         end if
+         ! Between two materials the share of each mode depends on the cell size
+         if (tip%phase_length > 0) then
+            by_intensity = static_columns_t([norm(field(1)%typical_intensities([total%own, 0.0_dp]))], total%deficit/2, &
+                                            [norm(field(1)%typical_intensities([total%best, 0.0_dp]))], total%correction/2)
+            errors%intensity%relative = maxval(relative_errors(by_intensity, [norm(found%intensity)], hardly)) &
+                                        *(turn_of(field(1)) + abs(found%intensity)/max(norm(found%intensity), tiny(1.0_dp)))
+         end if
+         if (allocated(found%j)) &
+            errors%j%relative = maxval(relative_errors(total, [sum(found%j)/size(found%j)], hardly**2))
       end associate
    end subroutine estimate_at_node
 

@@ -6,9 +6,9 @@ module hampm_estimated_errors
    use hampm_crack_tip_field, only: modes
    implicit none
    private
-   public :: error_t, estimated_errors_t, relative_errors, follow, follow_speed, archive_errors, archive_column, hardly, &
-             uncertainty, recent_t, pace_t, arrival_t, is_new_slot, slot_of, add_recent, needs_sample, waves_of, &
-             archive_recent, archive_arrival
+   public :: error_t, estimated_errors_t, static_columns_t, relative_errors, in_all, follow, follow_speed, archive_errors, &
+             archive_column, hardly, uncertainty, recent_t, pace_t, arrival_t, is_new_slot, slot_of, add_recent, needs_sample, &
+             waves_of, archive_recent, archive_arrival
 
    !> Part of the largest value so far of which there is always the relative error: where a value passes through zero, a small
    !> shift in time is an error of the size of its neighbours.
@@ -82,29 +82,47 @@ module hampm_estimated_errors
       procedure :: with_cells
    end type estimated_errors_t
 
+   !> Columns, by mode, as the energy of a static solution tells them.
+   type :: static_columns_t
+      real(dp), allocatable :: own(:)            !! of the same cells as a value, in the unit of the column
+      real(dp), allocatable :: deficit(:)        !! that these may lack of it [-]
+      real(dp), allocatable :: best(:)           !! best estimate, in the same unit
+      real(dp), allocatable :: correction(:)     !! its relative correction [-]
+   end type static_columns_t
+
 contains
 
-   !> Relative errors of columns that are `value` in the static solution in which the energy tells `own`, which may lack its part
-   !> `deficit`. Both are of the same cells: what they differ by is an error beside that, whatever its sign. And not less than
-   !> against the estimate `best`, up to a part of its correction. A nearly absent mode, in `own` or as a value, has the relative
-   !> error of the other.
-   pure function relative_errors(value, own, deficit, best, correction, least) result(relative)
-      real(dp), intent(in) :: value(:), own(:)   !! by mode, in the unit of the column; only their sizes count
-      real(dp), intent(in) :: deficit(:)         !! of `own` [-]
-      real(dp), intent(in) :: best(:), correction(:) !! estimate in the same unit, and its relative correction [-]
+   !> Relative errors of columns that are `value` in the static solution of the same cells: what they differ from its energy by is
+   !> an error beside what that lacks, whatever its sign. And not less than against the best estimate, up to a part of its
+   !> correction. A mode that is nearly absent, in the energy or as a value, has the relative error of the other.
+   pure function relative_errors(told, value, least) result(relative)
+      type(static_columns_t), intent(in) :: told
+      real(dp), intent(in) :: value(:)           !! by mode, in the unit of the column; only their sizes count
       real(dp), intent(in) :: least              !! least ratio of a present mode to the other [-]
-      real(dp) :: relative(size(value)), against(size(value)) !! [-]
-      logical :: there(size(value))
-      there = abs(own) > least*maxval(abs(own)) .and. abs(value) > least*maxval(abs(value))
-      relative = 0
-      where (there) relative = abs(abs(own/value) - 1) + deficit*abs(own/value)
-      where (.not. there) relative = maxval(relative)
-      there = abs(best) > least*maxval(abs(best)) .and. abs(value) > least*maxval(abs(value))
-      against = 0
-      where (there) against = abs(abs(best/value) - 1) + uncertainty*correction*abs(best/value)
-      where (.not. there) against = maxval(against)
-      relative = max(relative, against)
+      real(dp) :: relative(size(value))          !! [-]
+      relative = max(errors_against(told%own, told%deficit), errors_against(told%best, uncertainty*told%correction))
+
+   contains
+
+      !> Relative errors against values that are themselves uncertain.
+      pure function errors_against(right, uncertain) result(errors)
+         real(dp), intent(in) :: right(:), uncertain(:) !! in the unit of the column, [-]
+         real(dp) :: errors(size(value))
+         logical :: there(size(value))
+         there = abs(right) > least*maxval(abs(right)) .and. abs(value) > least*maxval(abs(value))
+         errors = 0
+         where (there) errors = abs(abs(right/value) - 1) + uncertain*abs(right/value)
+         where (.not. there) errors = maxval(errors)
+      end function errors_against
    end function relative_errors
+
+   !> The same of the sum of both modes.
+   pure type(static_columns_t) function in_all(told)
+      type(static_columns_t), intent(in) :: told
+      associate (own => sum(told%own), best => sum(told%best))
+         in_all = static_columns_t([own], [sum(told%deficit*told%own)/own], [best], [sum(told%correction*told%best)/best])
+      end associate
+   end function in_all
 
    !> How long samples swing about a line in the waves that cells cannot carry [s].
    pure elemental real(dp) function waves_of(cell, speed)

@@ -4,7 +4,7 @@ program test_expected_error
    use hampm_constraints, only: constrain_box
    use hampm_cracked, only: build_cracked, add_pull, rest_of
    use hampm_cracks, only: crack_t, cracks_t
-   use hampm_estimated_errors, only: relative_errors
+   use hampm_estimated_errors, only: static_columns_t, relative_errors
    use hampm_expected_error, only: static_model_t, find_equilibrium, static_crack_t, find_static_crack, error_by_lengths, &
                                     static_tips_t, find_static_tips
    use hampm_loads, only: load_t, load_on_particles
@@ -292,7 +292,7 @@ contains
    subroutine closed_at_rest()
       real(dp), parameter :: own(2) = [8.0e-6_dp, 0.18_dp], value(2) = [-3.0e-14_dp, 0.12_dp], deficit(2) = 0.1_dp
       real(dp) :: errors(2)
-      errors = relative_errors(value, own, deficit, own, 0*deficit, 1.0e-6_dp)
+      errors = relative_errors(static_columns_t(own, deficit, own, 0*deficit), value, 1.0e-6_dp)
       call check_close(errors(1), errors(2), 1e-12_dp, 'closed at rest: the mode that opens has the relative error of the other')
    end subroutine closed_at_rest
 
@@ -302,7 +302,7 @@ contains
       real(dp) :: error(1)
       integer :: k
       do k = 1, size(apart)
-         error = relative_errors(apart(k:k), [1.0_dp], [lacks], [1.0_dp], [0.0_dp], 1.0e-6_dp)
+         error = relative_errors(static_columns_t([1.0_dp], [lacks], [1.0_dp], [0.0_dp]), apart(k:k), 1.0e-6_dp)
          call check_close(error(1)*apart(k), abs(apart(k) - 1) + lacks, 1e-12_dp, 'a value apart from the energy: both are errors')
       end do
    end subroutine apart_from_the_energy
