@@ -47,7 +47,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(line_t), allocatable, intent(in), optional :: new_lines(:) !! of its cut cells; absent: the last ones
       type(line_t), allocatable :: lines(:)
-      type(interfaces_t) :: left
+      type(interfaces_t), allocatable :: left    ! points of faces of cracks before
       real(dp) :: energy
       call start_families(m%particles)
       energy = total_energy(m)
@@ -60,7 +60,7 @@ contains
       else if (m%grid%cut_cells%are_there()) then
          lines = m%grid%cut_cells%lines
       end if
-      left = m%interfaces
+      if (allocated(lines) .or. allocated(m%grid%planes)) left = m%interfaces
       call change_grid(m, forest, lines, failure)
       if (failure%failed()) return
       m%energies%numerical_loss = m%energies%numerical_loss + (energy - total_energy(m))
