@@ -192,17 +192,17 @@ draw_mixed_mode() {
 draw_growth() {
     for scene in two_cracks strip_growth kalthoff; do
         run input/$scene.nml $scene
-        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/$scene.png
+        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --width 5 --dpi 85 --output $out/$scene.png
     done
     run input/hole_growth.nml hole_growth
-    "$python" postprocess/plot_field.py $out/hole_growth.h5 --field von_mises --no-mesh --snapshot 5 --snapshot 16 --width 6.5 --dpi 85 \
+    "$python" postprocess/plot_field.py $out/hole_growth.h5 --field von_mises --snapshot 5 --snapshot 16 --width 6.5 --dpi 85 \
         --output $out/hole_growth.png
     run input/merging_cracks.nml merging_cracks
-    "$python" postprocess/plot_field.py $out/merging_cracks.h5 --field von_mises --no-mesh --snapshot 9 --snapshot 11 --width 6.5 --dpi 85 \
+    "$python" postprocess/plot_field.py $out/merging_cracks.h5 --field von_mises --snapshot 9 --snapshot 11 --width 6.5 --dpi 85 \
         --output $out/merging_cracks.png
     run input/in_situ_stress.nml in_situ_stress
-    "$python" postprocess/plot_path.py $out/in_situ_stress.h5 --beside load_factor --no-mesh --window 76 --dpi 75 --output $out/in_situ_stress.png
-    "$python" postprocess/plot_path.py $out/strip_growth.h5 --beside G --time-unit us --no-mesh --scale 1000 --dpi 110 --output $out/growth.png
+    "$python" postprocess/plot_path.py $out/in_situ_stress.h5 --beside load_factor --window 76 --dpi 75 --output $out/in_situ_stress.png
+    "$python" postprocess/plot_path.py $out/strip_growth.h5 --beside G --time-unit us --scale 1000 --dpi 110 --output $out/growth.png
 }
 
 # Load over displacement of a load frame: two beams that snap back, a specimen that is unloaded once
@@ -216,7 +216,7 @@ draw_load_frame() {
 # Cracks that appear in laminates and at notches
 draw_nucleation() {
     run input/laminate_cracks.nml laminate_cracks
-    "$python" postprocess/plot_field.py $out/laminate_cracks.h5 --field stress_xx --no-mesh --scale 10 --width 5 --dpi 85 --output $out/nucleation_laminate.png
+    "$python" postprocess/plot_field.py $out/laminate_cracks.h5 --field stress_xx --scale 10 --width 5 --dpi 85 --output $out/nucleation_laminate.png
     "$python" tools/nucleation.py "$program" $out $out/nucleation.png
 }
 
@@ -226,7 +226,7 @@ draw_fatigue() {
         run input/$scene.nml $scene
     done
     "$python" tools/fatigue.py $out/fatigue_eccentric_crack.h5 $out/fatigue_overload.h5 $out/fatigue.png
-    "$python" postprocess/plot_field.py $out/fatigue_hole.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/fatigue_hole.png
+    "$python" postprocess/plot_field.py $out/fatigue_hole.h5 --field von_mises --width 5 --dpi 85 --output $out/fatigue_hole.png
 }
 
 # Toughness that varies: resistance curves, mixed-mode bending, weak planes
@@ -242,14 +242,14 @@ draw_resistance() {
 draw_impact() {
     for scene in charpy kalthoff_striker wing_cracks; do
         run input/$scene.nml $scene
-        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/$scene.png
+        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --width 5 --dpi 85 --output $out/$scene.png
     done
     run input/charpy.nml charpy_through growth.toughness=1.0e3 # of a brittle specimen, which parts
-    "$python" postprocess/plot_field.py $out/charpy_through.h5 --scale 8 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/charpy_through.png
+    "$python" postprocess/plot_field.py $out/charpy_through.h5 --scale 8 --field von_mises --width 5 --dpi 85 --output $out/charpy_through.png
     run input/one_point_bend.nml one_point_bend
     "$python" tools/references/one_point_bend.py $out/one_point_bend.h5 $out/one_point_bend.png
     run input/wedge_dcb.nml wedge_dcb
-    "$python" postprocess/plot_field.py $out/wedge_dcb.h5 --field stress_xx --squares 1.3 --no-mesh --width 5 --dpi 85 --output $out/wedge_dcb.png
+    "$python" postprocess/plot_field.py $out/wedge_dcb.h5 --field stress_xx --width 5 --dpi 85 --output $out/wedge_dcb.png
 }
 
 # G over the toughness of tips and fronts in strips, and what their faces take; a quarter of an hour
@@ -260,7 +260,7 @@ draw_law() {
 # A film that peels as it is heated, and a crack that a wedge drives
 draw_peel() {
     run input/peeling_film.nml peeling_film
-    "$python" postprocess/plot_field.py $out/peeling_film.h5 --field stress_xx --scale 5 --no-mesh --width 6 --dpi 85 --output $out/peeling_film.png
+    "$python" postprocess/plot_field.py $out/peeling_film.h5 --field stress_xx --scale 5 --width 6 --dpi 85 --output $out/peeling_film.png
     [ -f $out/wedge_dcb.h5 ] || run input/wedge_dcb.nml wedge_dcb
     "$python" tools/peel_and_wedge.py $out/peeling_film.h5 $out/wedge_dcb.h5 $out/peel_and_wedge.png
 }
@@ -269,10 +269,10 @@ draw_peel() {
 draw_gallery() {
     for scene in compact_tension brazilian_disc; do
         run input/$scene.nml $scene
-        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/$scene.png
+        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --width 5 --dpi 85 --output $out/$scene.png
     done
     run input/plastic_notch.nml plastic_notch
-    "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --width 5 --dpi 85 --output $out/plastic_notch.png
+    "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --width 5 --dpi 85 --output $out/plastic_notch.png
     for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole \
                  bimetal interface_crack graded_plate laminate_dcb laminate_enf laminate_mmb laminate_mmb_growth penny dcb_growth \
                  dcb_r_curve dcb_snap_back compact_tension_growth compact_tension_pins dcb_cohesive fatigue_centre_crack; do

@@ -23,7 +23,7 @@ def main():
     if len(sys.argv) not in (4, 5):
         sys.exit(__doc__)
     result, picture, field = sys.argv[1:4]
-    options = plot_field.parse([result, "--field", field, "--no-mesh", *(["--scale", sys.argv[4]] if len(sys.argv) == 5 else [])])
+    options = plot_field.parse([result, "--field", field, *(["--scale", sys.argv[4]] if len(sys.argv) == 5 else [])])
     figure = plot_field.draw([frames_of(Path(result))], options)
     panel, *others = figure.axes
     for axes in others:

@@ -40,9 +40,9 @@ def assert_all_are_drawn(axes, path, scale):
 
 def test_pictures_show_what_has_left_the_grid(bent):
     """In the total frame a particle belongs to the cell in which it began, wherever it is."""
-    figure = plot_field.draw([Frames(bent)], plot_field.parse([str(bent), "--scale", "3"]))
+    figure = plot_field.draw([Frames(bent)], plot_field.parse([str(bent), "--scale", "3", "--squares", "1.06"]))
     assert_all_are_drawn(figure.axes[0], bent, 3)
-    film = animate.Film(Frames(bent), animate.parse([str(bent)]))
+    film = animate.Film(Frames(bent), animate.parse([str(bent), "--squares", "1.06"]))
     film.show(Frames(bent).times.size - 1)
     assert_all_are_drawn(film.figure.axes[0], bent, film.canvas.scale)
     plot_field.plt.close("all")

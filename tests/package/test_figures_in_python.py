@@ -73,3 +73,58 @@ def test_a_film_of_some_snapshots(plate_result, tmp_path):
         assert done.returncode == 0 and Image.open(tmp_path / "a.gif").n_frames == frames, done.stderr
     assert command(tmp_path, "animate", plate_result, "--every", "0").returncode == 2
     assert list(animate.counted(range(0, 7, 3))) == [0, 3, 6]
+
+
+GROWS = """&run plane = 'stress'  end_time = 4.0 /
+&grid lower = 0.0, -12e-3  cell = 1e-3  cells = 61, 24 /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'a'  lower = 0.0, -10e-3  upper = 60e-3, 10e-3 /
+&load kind = 'traction'  lower = 0.0, 0.0  upper = 0.0, 10e-3  force = 0.0, 1e5 /
+&load kind = 'traction'  lower = 0.0, -10e-3  upper = 0.0, 0.0  force = 0.0, -1e5 /
+&constraint lower = 60e-3, -10e-3  upper = 60e-3, 10e-3  fix = 'xy' /
+&crack kind = 'path'  points = 0.0, 0.0, 20e-3, 0.0 /
+&method time = 'static'  load_steps = 4 /
+&energy_release estimators = 'domain_integral' /
+"""
+LAWS = {"rate": "&growth law = 'fatigue'  direction = 'straight'  rate_constant = 1e-30  rate_exponent = 3.0  increment = 2e-3 /\n&cycles ratio = 0.1 /\n",
+        "resistance": "&growth law = 'quasi_static'  direction = 'straight'  toughness = 100.0  increment = 2e-3 /\n"}
+
+
+@pytest.fixture(scope="module")
+def grown(tmp_path_factory):
+    """Histories of a beam whose crack grows, by the law that a picture shows."""
+    folder = tmp_path_factory.mktemp("grown")
+    return {kind: package.run(package.Scene(text=GROWS + law), output=folder / kind, progress=False) for kind, law in LAWS.items()}
+
+
+def test_growth_per_cycle_is_a_line_in_logarithmic_axes(grown):
+    """By the law of Paris: its slope is the exponent."""
+    axes = package.plot("rate", grown["rate"]).axes[0]
+    x, y = (np.log(values) for values in axes.lines[0].get_data())
+    assert axes.get_xscale() == axes.get_yscale() == "log" and np.ptp(x) > 0.1
+    np.testing.assert_allclose(np.diff(y) / np.diff(x), 3, rtol=1e-6)
+    assert (axes.get_ylabel(), axes.get_xlabel()) == ("growth per load cycle $da/dN$ [m]", "$\\Delta K$ [MPa√m]")
+
+
+def test_resistance_is_over_the_extension(grown):
+    axes = package.plot("resistance", grown["resistance"]).axes[0]
+    energy, toughness = (line for line in axes.lines if not line.get_label().startswith("_"))
+    np.testing.assert_allclose(energy.get_xdata(), [0, 2, 4, 6, 8], atol=1e-9)
+    np.testing.assert_allclose(toughness.get_ydata(), 100)
+    np.testing.assert_allclose(energy.get_ydata(), 100, rtol=1e-6)
+
+
+def test_the_load_at_the_toughness_is_that_of_growth(grown, monkeypatch, capsys):
+    """Of a run with other loads it is the same curve: here of half the loads, by columns; where bodies may touch it is left out."""
+    from hampm.postprocess import plot_load
+    run, at_toughness = package.plot("load", grown["resistance"]).axes[0].lines
+    np.testing.assert_allclose(at_toughness.get_xydata(), run.get_xydata(), rtol=1e-6)
+    history = grown["resistance"]
+    halved = {"G": 0.25, "load_factor": 0.5, "mouth_opening": 0.5}
+    for name, factor in halved.items():
+        monkeypatch.setitem(history.columns, name, history.columns[name] * factor)
+    np.testing.assert_allclose(plot_load.factor_to_toughness(history), 2, rtol=1e-6)
+    assert capsys.readouterr().err == ""
+    text = plot_load.StoredModel.text
+    monkeypatch.setattr(plot_load.StoredModel, "text", lambda self, group, key, n=1: "frictional" if key == "bodies" else text(self, group, key, n))
+    assert plot_load.factor_to_toughness(history) is None and "bodies may touch" in capsys.readouterr().err

@@ -128,9 +128,9 @@ def test_a_film_is_an_mp4_where_there_is_ffmpeg(script, refined_result, tmp_path
 
 def test_the_mesh_is_drawn_where_it_holds_material_or_left_out(refined_result):
     leaves = Frames(refined_result).leaves(3)
-    film = film_of(refined_result)
+    film = film_of(refined_result, "--mesh")
     assert len(film.canvas.mesh.get_paths()) == 2 * np.count_nonzero(leaves.particles) < 2 * len(leaves.particles)
-    assert film.canvas.mesh.get_visible() and not film_of(refined_result, "--no-mesh").canvas.mesh.get_visible()
+    assert film.canvas.mesh.get_visible() and not film_of(refined_result).canvas.mesh.get_visible()
 
 
 @pytest.mark.parametrize("field", ["stress_xy", "speed", "displacement"])
@@ -141,7 +141,7 @@ def test_fields_that_colour_the_particles(script, refined_result, tmp_path, fiel
 
 
 def film_of(file, *arguments):
-    film = animate.Film(Frames(file), animate.parse([str(file), *arguments]))
+    film = animate.Film(Frames(file), animate.parse([str(file), "--squares", "1.06", *arguments]))
     film.show(3)
     return film
 
@@ -190,7 +190,7 @@ def test_bodies_that_may_come_to_touch(bodies, meet):
 
 
 def test_displacements_are_enlarged_never_made_smaller():
-    seen = particle_pictures.Survey(moved=50.0, values=None, lower=np.zeros(2), upper=np.full(2, 100.0), tip=np.zeros(2))
+    seen = particle_pictures.Survey(moved=50.0, values=None, areas=None, lower=np.zeros(2), upper=np.full(2, 100.0), tip=np.zeros(2))
     assert particle_pictures.default_scale(seen, None) == 1
     assert particle_pictures.default_scale(seen._replace(moved=1e-3), None) == 10_000
 

@@ -1,9 +1,11 @@
 """Pictures of particles coloured by a field: what they show, fields that follow from others, mistakes named."""
 
 import shutil
+from io import BytesIO
 from types import SimpleNamespace
 
 import h5py
+import matplotlib.image
 import numpy as np
 import pytest
 
@@ -11,8 +13,9 @@ import plot_field
 from frames import Frames
 from history import ResultError
 from particle_fields import ParticleField
-from particle_pictures import DECADES, colours
+from particle_pictures import DECADES, MOST_CUT, colours
 
+from hampm.postprocess.smooth_fields import Smooth, pairs_of
 from hampm.snapshots import Block
 from hampm.stored_model import StoredModel
 
@@ -21,6 +24,11 @@ RUBBER = "&material\n   name = 'b'\n   law = 'neo_hookean'\n   poisson = 0.4\n/\
 
 
 def figure_of(files, *arguments):
+    """Of particles as squares without gaps."""
+    return smooth_figure(files, "--squares", "1.06", *arguments)
+
+
+def smooth_figure(files, *arguments):
     options = plot_field.parse([*map(str, files), *arguments])
     return plot_field.draw([Frames(file) for file in files], options)
 
@@ -224,9 +232,95 @@ def test_level_is_that_of_the_cell(refined_result):
     assert [label.get_text() for label in figure.axes[-1].get_xticklabels()] == ["0", "1", "2"]  # of a flat picture, below it
 
 
+def scale_of(name, values, *words, areas=None):
+    """The scale of colours of these values."""
+    seen = SimpleNamespace(values=np.array(values, dtype=float), areas=np.ones(len(values)) if areas is None else np.array(areas))
+    return colours(field_of(name, "stress"), seen, plot_field.parse(["a.h5", *words]))
+
+
 def test_colours_are_symmetric_about_zero_for_fields_with_a_sign():
-    field = field_of("stress_xx", "stress")
-    assert colours(field, np.array([-2e3, 1e3])).norm.vmin == -colours(field, np.array([-2e3, 1e3])).norm.vmax
-    assert colours(field, np.array([0, 2e3]))[2:] == (1e-3, "kPa", "max") and colours(field, np.zeros(3)).norm.vmax > 0
-    norm = colours(field_of("energy_density", "stress"), np.array([0, 1e-9, 1.0, 1.0]), log=True).norm
+    assert scale_of("stress_xx", [-2e3, 1e3]).norm.vmin == -scale_of("stress_xx", [-2e3, 1e3]).norm.vmax == -2
+    assert scale_of("stress_xx", [0, 2e3])[2:] == (1e-3, "kPa", "neither") and scale_of("stress_xx", np.zeros(3)).norm.vmax > 0
+    norm = scale_of("energy_density", [0, 1e-9, 1.0, 1.0], "--log").norm
     assert norm.vmax / norm.vmin == pytest.approx(10**DECADES)
+
+
+def test_a_scale_of_colours_cuts_no_region():
+    """Three times the nominal stress at a hole is shown; 20 times at a tip is not, which stands in cells of a small part of the area."""
+    assert (scale_of("stress_xx", [1e3] * 500 + [3e3]).norm.vmax, scale_of("stress_xx", [1e3] * 500 + [3e3]).extend) == (3, "neither")
+    tip = scale_of("stress_xx", [1e3] * 500 + [20e3] * 100, areas=[1] * 500 + [0.9 * MOST_CUT * 5] * 100)
+    assert (tip.norm.vmax, tip.extend) == (1, "max")
+    assert scale_of("stress_xx", [1e3] * 500 + [20e3] * 100).norm.vmax == 20
+    asked = scale_of("stress_xx", [-5e3, 1e3], "--limits=-2e3,0")
+    assert (asked.norm.vmin, asked.norm.vmax, asked.extend) == (-2, 0, "both")
+
+
+CRACK = np.array([[[-1.0, 0.1], [1.0, 0.3]]])
+
+
+def test_linear_fields_are_exact_up_to_edges_and_cracks():
+    """Particles at odd places, and a field that jumps at a crack: its own function on either side, beyond the last particles too."""
+    places = np.random.default_rng(1).uniform(-1, 1, (400, 2))
+    above = places[:, 1] > 0.2 + 0.1 * places[:, 0]
+    of = (lambda x: 3 + 2 * x[..., 0] - x[..., 1], lambda x: -5 + x[..., 0] + 4 * x[..., 1])
+    values, width = np.where(above, of[1](places), of[0](places)), np.full(400, 0.1)
+    pairs = pairs_of(places, width, np.ones(400), CRACK, np.full(400, True))
+    assert np.all(above[pairs[0]] == above[pairs[1]]) and len(pairs[0]) > 6 * 400
+    smooth = Smooth(places, width, values[:, None], pairs)
+    at = places[:, None] + [[0, 0], [0.05, 0.05], [-0.03, 0.04]]
+    np.testing.assert_allclose(smooth.at(at, np.arange(400))[0][..., 0], np.where(above[:, None], of[1](at), of[0](at)), atol=1e-6)
+
+
+@pytest.mark.parametrize("places", [np.zeros((1, 2)), np.array([[0, 0], [1, 0], [2, 0.0]])])
+def test_few_particles_and_those_in_a_line_have_their_values(places):
+    n = len(places)
+    smooth = Smooth(places, np.ones(n), np.arange(n)[:, None], pairs_of(places, np.ones(n), np.ones(n), CRACK, np.full(n, False)))
+    np.testing.assert_allclose(smooth.at(places[:, None] + [[[0, 0], [0, 0.4]]], np.arange(n))[0][..., 0], np.arange(n)[:, None] * [1, 1], atol=1e-8)
+
+
+def shown_at(figure, places):
+    """Colours of a figure at places of its first axes."""
+    stream = BytesIO()
+    figure.savefig(stream, dpi=200)
+    stream.seek(0)
+    image = matplotlib.image.imread(stream, format="png")[::-1, :, :3]
+    column, row = (figure.axes[0].transData.transform(places) * 200 / figure.dpi).astype(int).T
+    return image[row, column]
+
+
+def test_a_body_is_filled_to_its_outline_and_not_beyond(run_hampm, tmp_path):
+    """A plate with a round hole, of cells that fit neither."""
+    (tmp_path / "hole.nml").write_text("""&run plane = 'stress'  end_time = 1.0 /
+&grid lower = 0.0, 0.0  cell = 1.3e-3  cells = 16, 16 /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'a'  lower = 0.7e-3, 0.8e-3  upper = 18.6e-3, 18.9e-3 /
+&body shape = 'circle'  hole = .true.  center = 9.1e-3, 10.2e-3  radius = 4.3e-3 /
+&load kind = 'traction'  lower = 18.6e-3, 0.8e-3  upper = 18.6e-3, 18.9e-3  force = 1e6, 0.0 /
+&constraint lower = 0.0, 0.0  upper = 1.3e-3, 20.8e-3  fix = 'xy' /
+&method time = 'static' /
+&output snapshot_interval = 1.0 /
+""")
+    done = run_hampm("hole.nml", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    figure = smooth_figure([tmp_path / "hole.h5"], "--field", "von_mises")
+    turns = np.linspace(0, 2 * np.pi, 60)
+    ways = np.column_stack([np.cos(turns), np.sin(turns)])
+    edge = [[0.8, 5], [0.8, 15], [18.5, 5], [5, 0.9], [15, 18.8], [0.8, 0.9], [18.5, 18.8]]
+    inside = np.concatenate([[9.1, 10.2] + 4.4 * ways, edge])
+    outside = np.concatenate([[9.1, 10.2] + 4.2 * ways, edge + np.where(np.array(edge) < 1, -0.2, np.where(np.array(edge) > 18, 0.2, 0))])
+    assert not np.any(np.all(shown_at(figure, inside) > 0.99, axis=1)) and np.all(shown_at(figure, outside) > 0.95)
+
+
+def test_a_smooth_field_is_torn_at_a_crack_alone(slanted_crack):
+    """Colours beside the faces are those of their side; the open crack is empty, and outlines stand around the body."""
+    axes = smooth_figure([slanted_crack], "--field", "stress_yy", "--scale", "5000").axes[0]
+    left, right = axes.collections[2].get_segments()[:2]
+    middle = (left + right) / 2
+    n = len(left)
+    colours = shown_at(axes.figure, middle[n // 3:2 * n // 3])
+    assert np.all(colours > 0.99)
+    way = (left - right) / np.linalg.norm(left - right, axis=1)[:, None]
+    for face, sign in ((left, 1), (right, -1)):
+        assert not np.any(np.all(shown_at(axes.figure, (face + 0.3 * sign * way)[n // 3:2 * n // 3]) > 0.99, axis=1))
+    outline, = (path.vertices for path in axes.collections[3].get_paths())
+    assert np.nanmax(np.abs(outline)) > 12 and np.count_nonzero(np.isnan(outline[:, 0])) == 1      # at the mouth of the kinked crack

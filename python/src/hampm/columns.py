@@ -11,6 +11,7 @@ from typing import Any
 from .errors import ColumnError
 
 SYMBOL = re.compile(r"(G|J|K)(?:_(.*?))??(?:_(I{1,3}|\d+))?((?:_(?:tip|front)\d+)?)$")
+SYMBOLS = {"delta_K": r"$\Delta K$", "growth_rate": "$da/dN$", "ratio_of_K": r"$K_\mathrm{min}/K_\mathrm{max}$"}
 ENDING = re.compile(r"_(tip|front|crack)\d+$")
 
 
@@ -51,6 +52,8 @@ def describe(name: str) -> Column:
 def symbol(name: str) -> str:
     """A column as it is written in a picture: K_I -> $K_{\\mathrm{I}}$, G_vcct_I_tip2 -> $G_{\\mathrm{I}}$ VCCT, tip 2."""
     found = SYMBOL.match(name)
+    if (base := ENDING.sub("", name)) in SYMBOLS:
+        return SYMBOLS[base] + re.sub(r".*_(tip|front|crack)(\d+)$", r", \1 \2", name.removeprefix(base))
     tip = ENDING.search(name)
     ending = tip[0] if tip else ""
     if found and not name.removesuffix(ending).endswith("_error"):

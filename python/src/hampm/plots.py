@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from .history import History
     from .snapshots import Snapshots
 
-KINDS = "energy", "field", "front", "g", "mesh", "path", "profile", "work_precision", "sketch"   # modules plot_... of `postprocess`
+KINDS = "energy", "field", "front", "g", "load", "mesh", "modes", "path", "profile", "rate", "resistance", "work_precision", "sketch"   # modules plot_... of `postprocess`
 
 
 def plot(kind: str, *results: str | Path | History | Snapshots, **options: Any) -> Figure:
     """The figure that the command `hampm plot KIND RESULT ...` writes.
 
-    kind     energy, field, front, g, mesh, path, profile, work_precision; sketch of a namelist
+    kind     energy, field, front, g, load, mesh, modes, path, profile, rate, resistance, work_precision; sketch of a namelist
     results  paths of results, or what has been read of them
     options  those of the command, `_` for `-`: column=["K_I", "K_II"], errors=True, style="paper", size="84mm"; its --help explains them
 

@@ -80,6 +80,21 @@ class StoredModel:
                 return [ends[0] - aside, ends[1] + aside]
         return [self.numbers("body", key, number, self.dimensions()) for key in ("lower", "upper")]
 
+    def outline(self, number: int) -> Any:
+        """The closed line around a body or a hole of a plane [m], shape (n, 2); of a circle a polygon on the side where there is no material."""
+        match self.text("body", "shape", number):
+            case "polygon":
+                self.box_of(number)     # which says what is wrong with its points
+                corners = np.reshape(self.numbers("body", "points", number), (-1, 2))
+            case "circle":
+                turns = 2 * np.pi * np.arange(120) / 120
+                radius = self.numbers("body", "radius", number, 1)[0] / (1 if self.text("body", "hole", number) == ".true." else np.cos(np.pi / 120))
+                corners = self.numbers("body", "center", number, 2) + radius * np.column_stack([np.cos(turns), np.sin(turns)])
+            case _:
+                lower, upper = np.array(self.box_of(number))
+                corners = lower + (upper - lower) * [[0, 0], [1, 0], [1, 1], [0, 1]]
+        return np.concatenate([corners, corners[:1]])
+
     def bodies(self) -> tuple[Any, Any]:
         """Lower and upper corners of the boxes around the bodies [m], shape (n, 2), of a solid (n, 3)."""
         return tuple(np.array([self.box_of(n) for n in self.body_groups()]).reshape(-1, 2, self.dimensions()).swapaxes(0, 1))

@@ -104,7 +104,7 @@ class Film:
         size = upper - lower
         self.figure, axes = plt.subplots(figsize=(8.4, 1.5 + 6.6 * min(max(size[1] / size[0], 0.15), 1.0)),
                                          layout="compressed")
-        self.canvas = of.Canvas(axes, result, field, scale, colours(field, seen.values, options.log), options)
+        self.canvas = of.Canvas(axes, result, field, scale, colours(field, seen, options), options)
         axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
         add_colour_bar(self.figure, axes, self.canvas)
         self.title = axes.set_title(" ")

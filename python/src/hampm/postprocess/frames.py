@@ -106,6 +106,10 @@ class OfMode:
         self.times = np.arange(self.FRAMES) / (self.FRAMES * max(frequency[mode - 1], np.finfo(float).tiny))
         self._way = dict(zip(number.astype(int), self.PART * self.scene.cell() * max(self.scene.numbers("grid", "cells")) * shape))
 
+    def enlarge(self, factor):
+        """Have displacements that are larger by a factor."""
+        self._way = {number: factor * way for number, way in self._way.items()}
+
     def block(self, name, number):
         """That of the first snapshot, its particles where the mode moves them."""
         block = super().block(name, 0)

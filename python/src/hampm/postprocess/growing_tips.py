@@ -91,8 +91,12 @@ def mean_speed(times, way, length):
     return speed
 
 
-def add_mean_speeds(history):
-    """Give a history that has the speed of tips that grow a column of the mean over a cell for each."""
+def add_derived(history):
+    """Give a history of tips that grow columns for each: the way since the first row, and the mean over a cell of the speed."""
+    for name in [name for name in history.columns if name.startswith("crack_length") and not name.startswith("crack_length_error")]:
+        added = name.replace("crack_length", "extension")
+        history.columns[added], history.units[added] = history.columns[name] - history.columns[name][0], history.units[name]
+        history.long_names[added] = "extension of the crack"
     for tip in growing_tips(history):
         name = MEAN_SPEED + tip.ending
         if tip.has("tip_speed") and tip.has("tip_cell") and name not in history.columns:

@@ -7,6 +7,8 @@ from ..errors import ResultError
 STORED_UNITS = {"energy_density": "J/m³", "stress_xx": "Pa", "stress_yy": "Pa", "stress_xy": "Pa", "stress_zz": "Pa", "stress_xz": "Pa",
                 "stress_yz": "Pa"}
 
+SYMBOLS = {"stress": r"\sigma", "velocity": "v", "displacement": "u"}
+
 
 class ParticleField:
     """A field of the particles of one result, by name.
@@ -27,9 +29,7 @@ class ParticleField:
 
     @property
     def words(self):
-        if self.name.startswith("stress_"):
-            return f"stress $\\sigma_{{{self.name.removeprefix('stress_')}}}$"
-        return "von Mises stress" if self.name == "von_mises" else self.name.replace("_", " ")
+        return words_of(self.name)
 
     def values(self, particles, leaves):
         """The field at the particles of a snapshot; `leaves` are its cells."""
@@ -40,6 +40,14 @@ class ParticleField:
             raise ResultError(f"{self.result.path}: the particles have no field '{self.name}'; "
                               f"they have {', '.join([*stored, *DERIVED])}")
         return particles.point_fields[self.name]
+
+
+def words_of(field):
+    """A field as pictures name it, with its symbol where it has one."""
+    name, _, axes = field.rpartition("_")
+    if name in SYMBOLS and set(axes) <= set("xyz"):
+        return f"{name} ${SYMBOLS[name]}_{{{axes}}}$"
+    return "von Mises stress" if field == "von_mises" else field.replace("_", " ")
 
 
 def speed(_, particles, __):

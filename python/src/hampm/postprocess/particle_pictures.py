@@ -1,36 +1,45 @@
 """Particles coloured by a field, on the mesh: what still and moving pictures of snapshots share.
 
-Particles stand where they are with their displacement enlarged, each as a square of its share of its cell that deforms as its material
-does, coloured by a field, of which the part on the other side of a crack is left out. The mesh stands still, drawn where it holds
-material. The faces of cracks move with the particles beside them. Where a crack lies on a plane of symmetry, all is mirrored about it;
-lengths are in mm, from the tip of a crack along a grid line, else or with --axes scene as in the scene. Components of stress are those
-along the axes of the scene.
+Bodies are shown within their outlines, with displacements enlarged, coloured by a field that is smooth but at cracks and between bodies
+(`smooth_fields`). With --squares each particle is a square of its share of its cell that deforms as its material does; so are levels and
+numbers shown. Faces of cracks and outlines move with the particles beside them. With --mesh the mesh is drawn where it holds material; it
+stands still. Where a crack lies on a plane of symmetry, all is mirrored about it; lengths are in mm, from the tip of a crack along a grid
+line, else or with --axes scene as in the scene. Components of stress are those along the axes of the scene.
 """
 
+import argparse
 from collections import namedtuple
 
 import numpy as np
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection, TriMesh
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
+from matplotlib.tri import Triangulation
 
-from .crack_faces import beside, ends_of, faces, near, seen_from, segments_of
+from .crack_faces import BESIDE, beside, ends_of, faces, is_between, near, seen_from, segments_of
 from .frames import CrackPlane, squares
 from ..errors import ResultError
-from .pictures import MM, positive, prefixed, round_off, time_unit, typeset
+from .pictures import MM, ON_COLOURS, positive, prefixed, round_off, time_unit, typeset
+from .smooth_fields import Smooth, pairs_of
+from ..snapshots import COUNTED
 
 OVERLAP = 1.06  # of the squares of neighbours, whose strains differ
 MOST_TURNED = 2.0  # enlarged displacement gradient of a particle that its square shows at most
 WIDE = 3.0      # the same of what is drawn below particles at a crack
+EDGE = 2.0      # and at an outline
+MOST_PARTS = 400 # of a side of an outline
+OUTLINE = {"colors": "0.35", "linewidths": 0.6}
 SHARE = 0.12    # of the picture's width that the largest displacement takes where no scale is given
 NEAREST = 4     # particles whose mean displacement is that of a tip
 AROUND = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])  # corners of a square
 FLAT = 0.35     # height over width of axes below which the scale of colours stands below them
-MOST_SHOWN = 97 # percent of the values that a scale of colours reaches: that around a tip has no end
+MOST_CUT = 3e-3 # of the area that may be beyond a scale of colours, as at a tip, where a field has no end
+PEAK = 3.0      # up to so many times the value there a scale reaches to the largest
 DECADES = 4     # that a logarithmic scale of colours reaches down at most
 
-Survey = namedtuple("Survey", "moved values lower upper tip")
-Survey.__doc__ = ("Largest displacement [mm] and values of the field that are shown, corners of the squares that are drawn and the crack tip, where "
-                  "it is in the last snapshot [mm].")
+Survey = namedtuple("Survey", "moved values areas lower upper tip")
+Survey.__doc__ = ("Largest displacement [mm] and values of the field that are shown, on which parts of the whole, corners of the squares that are drawn "
+                  "and the crack tip, where it is in the last snapshot [mm].")
 Colours = namedtuple("Colours", "norm map factor unit extend")
 Colours.__doc__ = "Scale of colours for a field times a factor, which has the unit, and on which side values lie beyond it."
 
@@ -41,12 +50,22 @@ def add_field_options(parser, field="energy_density"):
                         help="field that colours the particles: one of the file's, speed, displacement, level, mean_stress or "
                              "von_mises (default: %(default)s)")
     parser.add_argument("--log", action="store_true", help="logarithmic scale of colours, for fields without a sign")
+    parser.add_argument("--limits", type=limits, metavar="LOW,HIGH", help="of the scale of colours, in the unit of the field without prefix, such as Pa")
     parser.add_argument("--squares", type=positive, metavar="PART",
-                        help=f"side of the square of a particle, over that of its share of the cell (default: {OVERLAP:g}, without gaps)")
+                        help=f"show particles as squares, with sides over those of their shares of the cell (default: smooth; {OVERLAP:g}, without gaps)")
     parser.add_argument("--window", type=positive, metavar="MM",
                         help="half width of what is shown around the crack tip [mm] (default: everything)")
-    parser.add_argument("--no-mesh", dest="mesh", action="store_false", help="leave the mesh out")
+    parser.add_argument("--mesh", action="store_true", help="show the mesh")
+    parser.add_argument("--no-mesh", dest="mesh", action="store_false", help="do not (the default)")
     add_axes_option(parser)
+
+
+def limits(text):
+    """Two numbers, the first below the second."""
+    low, high = map(float, text.split(","))
+    if not low < high:
+        raise argparse.ArgumentTypeError(f"{text}: the first is not below the second")
+    return low, high
 
 
 def add_axes_option(parser):
@@ -60,7 +79,7 @@ def add_axes_option(parser):
 
 def survey(result, field, numbers, options, scale=1.0):
     """What some snapshots of a result show, with displacements enlarged."""
-    plane, moved, values, corners = plane_of(result, options), 0.0, [], []
+    plane, moved, values, areas, corners = plane_of(result, options), 0.0, [], [], []
     tip = plane.tip * MM
     for number in numbers:
         tip = result.tip_place(plane, options.tip, number) * MM
@@ -69,18 +88,20 @@ def survey(result, field, numbers, options, scale=1.0):
         shown = np.abs(plane.local(particles.points) * MM - tip).max(axis=1) < (options.window or np.inf)
         moved = max(moved, np.linalg.norm(displacement[shown], axis=1).max(initial=0.0) * MM)
         values.append(field.values(particles, leaves)[shown])
-        half = (options.squares or OVERLAP) * share_of_cell(result, leaves, particles) / 2
+        width = share_of_cell(result, leaves, particles)
+        areas.append(width[shown]**2)
+        half = (options.squares or OVERLAP) * width / 2
         places = particles.points + (scale - 1) * (displacement - anchor(result, particles, options.tip, number, options.window))
         drawn = plane.local(deformed(places, half[:, None, None] * AROUND, gradients(particles, scale))).reshape(-1, 2) * MM
         corners += [drawn.min(axis=0), drawn.max(axis=0)]
     corners = plane.whole(np.array(corners), MM)
-    return Survey(moved, np.concatenate(values), corners.min(axis=0), corners.max(axis=0), tip)
+    return Survey(moved, *map(np.concatenate, (values, areas)), corners.min(axis=0), corners.max(axis=0), tip)
 
 
 def joined(surveys):
     """What all of some surveys show together."""
-    moved, values, lower, upper, tips = zip(*surveys)
-    return Survey(max(moved), np.concatenate(values), np.min(lower, axis=0), np.max(upper, axis=0), tips[0])
+    moved, values, areas, lower, upper, tips = zip(*surveys)
+    return Survey(max(moved), *map(np.concatenate, (values, [part / part.sum() for part in areas])), np.min(lower, axis=0), np.max(upper, axis=0), tips[0])
 
 
 def share_of_cell(result, leaves, particles):
@@ -196,40 +217,60 @@ def extent(seen, window):
     return seen.lower - margin, seen.upper + margin
 
 
-def colours(field, values, log=False):
-    """The scale of colours for a field: levels one by one, else linear or logarithmic, up to all but the largest values."""
+def colours(field, seen, options):
+    """The scale of colours for a field in a survey: levels one by one, else linear or logarithmic. It is for all values, unless they are far above
+    those outside of a small part of the area."""
+    values, log = seen.values, options.log
     if field.name == "level":
         edges = np.arange(values.max(initial=0) + 2) - 0.5
         return Colours(BoundaryNorm(edges, 256), "YlGnBu", 1.0, "1", "neither")
     largest = np.abs(values).max(initial=0.0)
-    top = np.percentile(np.abs(values), MOST_SHOWN) if values.size else 0.0
-    top = top if top > 0 else largest or 1.0
+    top = value_above(np.abs(values), seen.areas)
+    top = top if 0 < PEAK * top < largest else largest or 1.0
+    if options.limits:
+        top = max(map(abs, options.limits))
     is_over = largest > top * (1 + 1e-9)
     factor, unit = prefixed(top, field.unit)
     is_signed = values.size > 0 and values.min() < 0
     if log:
         if is_signed:
             raise ResultError(f"{field.result.path}: --log is for fields without a sign; {field.name} has values below zero")
-        bottom = max(values[values > 0].min(initial=top), top / 10**DECADES)
+        bottom = options.limits[0] if options.limits and options.limits[0] > 0 else max(values[values > 0].min(initial=top), top / 10**DECADES)
         return Colours(LogNorm(factor * min(bottom, top / 10), factor * top), "YlOrRd", factor, unit, "both")
+    if options.limits:
+        low, high = options.limits
+        beyond = (values.min(initial=high) < low) + 2 * (values.max(initial=low) > high)
+        map_name = "RdYlBu_r" if low < 0 < high else "YlOrRd" if low >= 0 else "YlGnBu_r"
+        return Colours(Normalize(factor * low, factor * high), map_name, factor, unit, ("neither", "min", "max", "both")[beyond])
     if is_signed:
         return Colours(Normalize(-factor * top, factor * top), "RdYlBu_r", factor, unit, "both" if is_over else "neither")
     return Colours(Normalize(0.0, factor * top), "YlOrRd", factor, unit, "max" if is_over else "neither")
 
 
+def value_above(values, areas):
+    """The value above which those of a small part of the area are; 0 where there are none."""
+    order = np.argsort(values)
+    total = np.cumsum(areas[order])
+    return values[order][np.searchsorted(total, (1 - MOST_CUT) * total[-1])] if values.size else 0.0
+
+
 class Canvas:
-    """Axes with the particles, the mesh and the cracks of one result, which `show` draws."""
+    """Axes with the bodies, the mesh and the cracks of one result, which `show` draws."""
 
     def __init__(self, axes, result, field, scale, shades, options):
         self.result, self.field, self.scale, self.shades, self.size = result, field, scale, shades, options.squares or OVERLAP
         self.axes, self.window, self.tip = axes, options.window, options.tip
         self.plane = plane_of(result, options)
+        self.is_smooth = not options.squares and field.name not in COUNTED
+        self.colours = ScalarMappable(shades.norm, shades.map)
         self.squares = axes.add_collection(PolyCollection([], cmap=shades.map, norm=shades.norm, edgecolors="none",
                                                           antialiased=False))
         self.mesh = axes.add_collection(PolyCollection([], facecolors="none", edgecolors=(0, 0, 0, 0.3), linewidths=0.5,
                                                        visible=options.mesh))
-        self.faces = axes.add_collection(LineCollection([], colors="black", linewidths=1.0, capstyle="butt"))
-        self.tips, = axes.plot([], [], "o", color="black", markersize=3)
+        self.faces = axes.add_collection(LineCollection([], colors="black", linewidths=1.0, capstyle="butt", gid=ON_COLOURS))
+        self.outlines = axes.add_collection(LineCollection([], **OUTLINE))
+        self._triangles, self._before = None, None
+        self.tips, = axes.plot([], [], "o", color="black", markersize=3, gid=ON_COLOURS)
         across, up = axis_labels(self.plane, result.scene.count("growth") > 0)
         axes.set(xlabel=across, ylabel=up)
         axes.set_aspect("equal")
@@ -240,10 +281,14 @@ class Canvas:
         leaves, particles, cracks = self.result.leaves(number), self.result.block("particles", number), self.result.cracks(number)
         values = self.shades.factor * self.field.values(particles, leaves)
         fixed = anchor(self.result, particles, self.tip, number, self.window)
-        squares_of = Squares(particles, share_of_cell(self.result, leaves, particles), cracks, self.scale, self.result.scene, fixed)
+        squares_of = Squares(particles, share_of_cell(self.result, leaves, particles), cracks, self.scale, self.result.scene, fixed,
+                             self.plane.is_symmetry)
         holds = leaves.particles > 0
         self.mesh.set_verts(self._seen(squares(leaves.lower[holds], leaves.width[holds])))
-        self._draw_particles(squares_of, values)
+        if self.is_smooth:
+            self._draw_smooth(squares_of, values)
+        else:
+            self._draw_particles(squares_of, values)
         self._draw_cracks(squares_of, cracks)
         self._follow(number)
         words, factor = time_words(self.result, number), f"{self.scale:,g}".replace(",", "\u2009")
@@ -268,10 +313,34 @@ class Canvas:
             groups.append((squares_of.parts(self.size, divided), divided))
             if self.size >= 1:
                 groups.insert(0, (squares_of.parts(WIDE, divided), divided))
-        self.squares.set_verts([outline for outlines, _ in groups for outline in self._seen(outlines)])
+        self.squares.set_verts([outline for outlines, chosen in groups for outline in self._seen(squares_of.moved(outlines, chosen))])
         shown = np.concatenate([values[chosen] for _, chosen in groups])
         images = [-shown if self.field.is_odd else shown] if self.plane.is_symmetry else []
         self.squares.set_array(np.concatenate([shown, *images]))
+
+    def _draw_smooth(self, squares_of, values):
+        """The same outlines as fans of triangles around the places of particles, whose corners have the values of the smooth field there."""
+        smooth, self._before = squares_of.smooth(values, self._before), squares_of
+        points, shown, triangles, count = [], [], [], 0
+        for outlines, chosen in squares_of.filled():
+            owners, (number, corners) = np.flatnonzero(chosen), outlines.shape[:2]
+            around = np.concatenate([squares_of.places[chosen][:, None], outlines], axis=1)
+            exact, within = smooth.at(around, owners)       # extrapolated displacements, and values that are not
+            points.append((around + exact[..., :2]).reshape(-1, 2))
+            shown.append(within[..., 2].reshape(-1))
+            one = np.arange(corners)
+            fan = np.column_stack([np.zeros_like(one), 1 + one, 1 + (one + 1) % corners])
+            triangles.append((count + (corners + 1) * np.arange(number)[:, None, None] + fan).reshape(-1, 3))
+            count += number * (corners + 1)
+        points, shown, triangles = self._seen(np.concatenate(points)), np.concatenate(shown), np.concatenate(triangles)
+        if len(points) > count:
+            shown, triangles = np.concatenate([shown, -shown if self.field.is_odd else shown]), np.concatenate([triangles, triangles + count])
+        if self._triangles:
+            self._triangles.remove()
+        self._triangles = TriMesh(Triangulation(*points.T, triangles), cmap=self.shades.map, norm=self.shades.norm, rasterized=True)
+        self._triangles.set_array(shown)
+        self.axes.add_collection(self._triangles, autolim=False)
+        self.outlines.set_segments([line for outline in squares_of.outlines(self.plane.in_scene(), smooth) for line in self._seen(outline[None])])
 
     def _draw_cracks(self, squares_of, cracks):
         """Faces, which begin as one line, and tips. On a plane of symmetry a tip stays on it."""
@@ -283,38 +352,94 @@ class Canvas:
 
 
 class Squares:
-    """The squares of particles of a snapshot in the coordinates of the scene [m], with enlarged displacement.
+    """The squares of particles of a snapshot in the coordinates of the scene, in the reference configuration [m].
 
+    places    of the particles
     divided   of which a crack may be in the square or beside it
     """
 
-    def __init__(self, particles, width, cracks, scale, scene, fixed):
+    def __init__(self, particles, width, cracks, scale, scene, fixed, is_symmetry=False):
         displacement, segments = particles.point_fields["displacement"][:, :2], segments_of(cracks)
-        self._width, self._segments, self._ends = width, segments, ends_of(cracks)
+        self._width, self._segments, self._ends = width, segments, ends_of([] if is_symmetry else cracks)
         self._shift, self._gradient = scale * (displacement - fixed) + fixed, gradients(particles, scale)
         places = particles.points - displacement
         self.divided = near(places, WIDE * width, segments)
-        self._places = beside(places, particles.point_fields.get("side", np.zeros(len(places))), width, segments)
+        self.places = beside(places, particles.point_fields.get("side", np.zeros(len(places))), width, segments)
         self._body, (self._lower, self._upper) = particles.point_fields["body"].astype(int) - 1, scene.bodies()
+        self._bodies, self._outlines = scene.body_groups(), [scene.outline(n) for n in range(1, scene.count("body") + 1)]
+        self._torn = segments[:0] if is_symmetry else segments     # a crack on a plane of symmetry lies along an edge
+        sides = [np.stack([line[:-1], line[1:]], axis=1) for line in self._outlines]
+        boxes = [n for n in self._bodies if scene.text("body", "shape", n) not in ("polygon", "circle")]
+        self._walls = np.concatenate([self._torn, *(of for n, of in enumerate(sides, 1) if n not in boxes)])
+        self._cut = near(places, EDGE * width, self._walls) | (self.divided & (not is_symmetry))
+        self._aside = near(places, EDGE * width, np.concatenate([segments[:0], *(sides[n - 1] for n in boxes)])) & ~self._cut
 
     def whole(self, size, chosen):
         """Corners, as if there were no cracks, with sides of so many shares."""
-        return self._moved(size * self._width[chosen, None, None] / 2 * AROUND, chosen)
+        return self.places[chosen, None] + size * self._width[chosen, None, None] / 2 * AROUND
 
-    def _moved(self, offsets, chosen):
-        """Points at offsets from the places of particles, as these move and deform."""
-        return deformed(self._places[chosen] + self._shift[chosen], offsets, self._gradient[chosen])
+    def moved(self, points, chosen):
+        """Points (m, k, 2) around particles, as these move and deform."""
+        return deformed((self.places + self._shift)[chosen], points - self.places[chosen, None], self._gradient[chosen])
 
     def parts(self, size, chosen):
-        """Outlines of what particles see of their squares past cracks; squares larger than their shares end with the body."""
-        places, body, half = self._places[chosen], self._body[chosen], size * self._width[chosen, None] / 2
-        lower, upper = np.maximum(places - half, self._lower[body]), np.minimum(places + half, self._upper[body])
-        outlines = seen_from(places, lower, upper, self._segments, self._ends, self._width[chosen])
-        return self._moved(outlines - places[:, None], chosen)
+        """Outlines of what particles see of their squares past cracks and edges; squares larger than their shares end with the body."""
+        return seen_from(self.places[chosen], *self._boxes(size, chosen), self._walls, self._ends, self._width[chosen])
+
+    def _boxes(self, size, chosen):
+        """Corners of squares that end with the box around their body."""
+        places, body, half = self.places[chosen], self._body[chosen], (size * self._width)[chosen, None] / 2
+        return np.maximum(places - half, self._lower[body]), np.minimum(places + half, self._upper[body])
+
+    def filled(self):
+        """Outlines that fill bodies up to their edges and cracks, each (m, k, 2) with those of the particles whose they are; those that come
+        later are above the others."""
+        cut, aside = self._cut, self._aside
+        found = []
+        for size in (np.where(self.divided, WIDE, EDGE), np.full(len(cut), OVERLAP)):
+            if aside.any():
+                (left, low), (right, high) = (corner.T for corner in self._boxes(size, aside))
+                found.append((np.stack([[left, right, right, left], [low, low, high, high]]).transpose(2, 1, 0), aside))
+            if cut.any():
+                found.append((self.parts(size, cut), cut))
+        whole = ~cut & ~aside
+        return [*found, (self.whole(OVERLAP, whole), whole)]
+
+    def smooth(self, values, before=None):
+        """Displacements, enlarged, and the field of these values between the particles, whose neighbours may be those of another snapshot."""
+        is_same = before and np.array_equal(self._walls, before._walls) and self.places.shape == before.places.shape \
+            and np.all(np.abs(self.places - before.places) < BESIDE * self._width[:, None])
+        self._pairs = before._pairs if is_same else pairs_of(self.places, self._width, self._body, self._walls, self._cut)
+        return Smooth(self.places, self._width, np.column_stack([self._shift, values]), self._pairs)
+
+    def outlines(self, plane, smooth):
+        """The edges of bodies as they move, but for those on a plane of symmetry; NaN where there is no material. Lines (n, 2)."""
+        found, at_edge = [], self._cut | self._aside
+        step = np.median(self._width[at_edge]) / 2 if at_edge.any() else np.inf
+        for number, line in enumerate(self._outlines, 1):
+            own = np.flatnonzero(at_edge & ((self._body == self._bodies.index(number)) if number in self._bodies else True))
+            if not own.size:
+                continue
+            length = np.linalg.norm(np.diff(line, axis=0), axis=1)
+            counts = np.minimum(np.ceil(length / step), MOST_PARTS).astype(int)
+            points = np.concatenate([*(a + np.arange(n)[:, None] / n * (b - a) for a, b, n in zip(line, line[1:], counts) if n), line[-1:]])
+            distance = np.linalg.norm(points[:, None] - self.places[own], axis=2)
+            owner = own[np.argmin(distance, axis=1)]
+            moved = points + smooth.at(points[:, None], owner)[0][:, 0, :2]
+            moved[distance.min(axis=1) > self._width[owner]] = np.nan
+            if plane.is_symmetry:
+                on = np.abs((points - plane.tip) @ [-plane.along[1], plane.along[0]]) < BESIDE * self._width[owner]
+                moved[on & np.append(on[1:], on[1]) & np.insert(on[:-1], 0, on[-2])] = np.nan
+            torn = np.flatnonzero(is_between(self.places[owner[:-1]], self.places[owner[1:]], self._torn))
+            middle = (points[torn] + points[torn + 1])[:, None] / 2
+            left, right = (middle[:, 0] + smooth.at(middle, owner[torn + k])[0][:, 0, :2] for k in (0, 1))
+            ends = np.stack([left, np.full((len(torn), 2), np.nan), right], axis=1)
+            found.append(np.insert(moved, np.repeat(torn + 1, 3), ends.reshape(-1, 2), axis=0))
+        return found
 
     def faces(self, crack):
         """The faces of a crack."""
-        beside = (item[self.divided] for item in (self._places, self._width, self._shift))
+        beside = (item[self.divided] for item in (self.places, self._width, self._shift))
         return faces(crack, *beside, self._segments, (self._lower, self._upper))
 
 
@@ -323,7 +448,7 @@ def add_colour_bar(figure, axes, canvas):
     shades = canvas.shades
     (left, right), (bottom, top) = canvas.axes.get_xlim(), canvas.axes.get_ylim()
     place = {"location": "bottom", "aspect": 40, "shrink": 0.7} if top - bottom < FLAT * (right - left) else {"pad": 0.02}
-    bar = figure.colorbar(canvas.squares, ax=axes, extend=shades.extend, extendfrac=0.03, **place,
+    bar = figure.colorbar(canvas.colours, ax=axes, extend=shades.extend, extendfrac=0.03, **place,
                           label=f"{canvas.field.words} [{'–' if shades.unit == '1' else typeset(shades.unit)}]")
     if canvas.field.name == "level":
         bar.set_ticks(range(round(shades.norm.vmax + 0.5)))

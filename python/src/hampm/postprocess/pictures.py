@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
 from ..errors import UNREADABLE, ResultError, printable
+from ..scripts import Parser
 
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C8C8C"]
 DASHES = ["-", (0, (6, 2)), (0, (3, 3)), (0, (6, 2, 1.2, 2)), (0, (1.2, 1.8)), (0, (9, 3)), (0, (4, 1.2)), (0, (9, 2, 3, 2))]
@@ -36,7 +37,7 @@ INCH = {"mm": 1 / 25.4, "cm": 1 / 2.54, "in": 1.0}
 TIME_UNITS = {"s": (1.0, "s"), "ms": (1e3, "ms"), "us": (1e6, "µs"), "ns": (1e9, "ns")}
 PREFIXES = {-4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}  # by powers of 1000
 MM = 1e3  # per metre
-DRAWING = "drawing"
+DRAWING, ON_COLOURS = "drawing", "on colours"
 SIZES = "fontsize", "linewidth", "markersize", "markeredgewidth"   # of artists [points]
 GREY, DARKEST = 0.02, 0.08   # difference of red, green and blue below which a colour is grey; what white becomes in the style dark
 NO_BREAK, THIN_SPACE = "\u00a0", "\u2009"
@@ -51,6 +52,14 @@ def add_picture_options(parser, suffix):
     parser.add_argument("--size", type=size_of, metavar="WIDTH[xHEIGHT]", help="of the picture, such as 84mm or 16x9cm (default: what suits it)")
     parser.add_argument("--dpi", type=positive, default=200, metavar="N", help="points per inch of a .png (default: %(default)g)")
     parser.add_argument("--title", metavar="TEXT", help="title of the picture")
+
+
+def picture_parser(description, suffix, files="result file of hampm", metavar="FILE.h5", nargs="+"):
+    """The parser of a command that draws files, with the options of every picture."""
+    parser = Parser(description)
+    parser.add_argument("files", nargs=nargs, metavar=metavar, help=files)
+    add_picture_options(parser, suffix)
+    return parser
 
 
 def add_time_unit(parser):
@@ -128,8 +137,8 @@ def enlarge(figure, factor):
 
 
 def invert_greys(artist):
-    """Black as white and white as black, but for what lies between: colours stay, and those of fields."""
-    if getattr(artist, "get_array", lambda: None)() is not None:
+    """Black as white and white as black, but for what lies between: colours stay, and those of fields and of lines on them."""
+    if artist.get_gid() == ON_COLOURS or getattr(artist, "get_array", lambda: None)() is not None:
         return
     names = "color", "facecolor", "edgecolor", "markerfacecolor", "markeredgecolor"
     before = {name: getattr(artist, f"get_{name}")() for name in names if hasattr(artist, f"get_{name}")}    # all of them: one may follow another
@@ -189,10 +198,10 @@ def ends_at_right(axes, line):
 
 def write_beside(axes, lines):
     """Labels of curves beside the right edge, as high as these end there, one below the other where they would be on each other."""
-    low, high = axes.get_ylim()
     height = axes.get_position().height * axes.figure.get_figheight()
     labels = [textwrap.fill(line.get_label(), 26 + len(line.get_label()) - shown_length(line.get_label())) for line in lines]
-    ends = [(last_of(line) - low) / (high - low) for line in lines]
+    to_panel = axes.transScale + axes.transLimits
+    ends = [to_panel.transform((axes.get_xlim()[1], last_of(line)))[1] for line in lines]
     sizes = [LINE_OF_TEXT * (1 + label.count("\n")) / height for label in labels]
     order = sorted(range(len(lines)), key=lambda k: -round(30 * ends[k]))
     places, top = {}, np.inf

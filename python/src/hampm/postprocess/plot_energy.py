@@ -10,8 +10,7 @@ sum misses.
 import numpy as np
 
 from ..history import History
-from ..scripts import Parser
-from .pictures import COLOURS, DASHES, add_picture_options, add_time_unit, name_curves, picture_names, plt, prefixed, time_axis, write
+from .pictures import COLOURS, DASHES, add_time_unit, name_curves, picture_names, picture_parser, plt, prefixed, time_axis, write
 
 PARTS = ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "fracture_energy")
 WORDS = {"kinetic_energy": "kinetic energy", "strain_energy": "strain energy", "damping_loss": "taken by damping",
@@ -21,8 +20,7 @@ LEAST = 1e-3  # loss to which the lower axis reaches at least [%]: rounding is n
 
 
 def main(arguments=None):
-    options = parse(arguments)
-    write(figure, options, "_energy")
+    write(figure, parse(arguments), "_energy")
 
 
 def figure(options):
@@ -31,12 +29,10 @@ def figure(options):
 
 
 def parse(arguments):
-    parser = Parser(__doc__)
-    parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file of hampm")
+    parser = picture_parser(__doc__, "_energy")
     parser.add_argument("--relative", action="store_true", help="divide by the largest energy supplied or stored")
     parser.add_argument("--stacked", action="store_true", help="stack what has become of the energy as areas")
     add_time_unit(parser)
-    add_picture_options(parser, "_energy")
     return parser.parse_args(arguments)
 
 

@@ -13,10 +13,9 @@ from . import particle_pictures
 from . import solid_pictures
 from .frames import frames_of
 from ..errors import ResultError
-from ..scripts import Parser
 from .particle_fields import ParticleField
 from .particle_pictures import FLAT, add_colour_bar, add_field_options, colours, extent, is_in_scene, joined
-from .pictures import add_picture_options, picture_names, plt, positive, write
+from .pictures import picture_names, picture_parser, plt, positive, write
 
 from matplotlib.ticker import MaxNLocator
 
@@ -50,8 +49,7 @@ def by_pyvista(results, options):
 
 
 def parse(arguments):
-    parser = Parser(__doc__)
-    parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file with snapshots")
+    parser = picture_parser(__doc__, "_<field>", "result file with snapshots")
     add_field_options(parser)
     solid_pictures.add_solid_options(parser)
     parser.add_argument("--pyvista", action="store_true", help="of a solid: let PyVista draw, one file and snapshot as a .png")
@@ -64,7 +62,6 @@ def parse(arguments):
     parser.add_argument("--scale", type=positive, default=1.0, metavar="FACTOR",
                         help="by which displacements are enlarged (default: %(default)g)")
     parser.add_argument("--width", type=positive, metavar="INCH", help="width of the picture (default: what suits it)")
-    add_picture_options(parser, "_<field>")
     return parser.parse_args(arguments)
 
 
@@ -75,7 +72,7 @@ def draw(results, options):
     of = solid_pictures if solid_pictures.check_options(results, options) else particle_pictures
     surveys = [of.survey(result, fields[result], [number], options, options.scale) for result, number in views]
     seen = joined(surveys)
-    shades = colours(fields[results[0]], seen.values, options.log)
+    shades = colours(fields[results[0]], seen, options)
     of_scene = {is_in_scene(result, options) for result in results}
     apart = True in of_scene or any(result.has_crack_lines for result in results)  # tips may be at different places
     is_shared = len(of_scene) == 1 and not (options.window and apart)
@@ -88,7 +85,8 @@ def draw(results, options):
         if not options.window:
             lower, upper = extent(seen if is_shared else own, options.window)
             panel.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
-        panel.set_title("\n".join([stems[result], *words.split(", ")]) if len(results) > 1 else words)  # panels may be narrow
+        words = getattr(result, "words", words)     # of a mode
+        panel.set_title("\n".join([stems[result], *words.split(", ")]) if len({one.path for one in results}) > 1 else words)  # panels may be narrow
         if is_shared:
             panel.label_outer()
     add_colour_bar(figure, axes, canvas)

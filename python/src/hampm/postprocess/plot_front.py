@@ -18,10 +18,9 @@ from collections import namedtuple
 import numpy as np
 
 from ..errors import ResultError
-from ..scripts import Parser
 from ..signals import read_curve
 from ..stored import opened
-from .pictures import COLOURS, MM, add_picture_options, name_curves, plt, positive, write
+from .pictures import COLOURS, MM, name_curves, picture_parser, plt, positive, write
 from ..snapshots import DEEPEST
 from ..stored_model import StoredModel
 
@@ -129,8 +128,7 @@ def curves_of(options):
 
 
 def parse(arguments):
-    parser = Parser(__doc__)
-    parser.add_argument("files", nargs=1, metavar="FILE.h5", help="result file with snapshots")
+    parser = picture_parser(__doc__, "_front", "result file with snapshots", nargs=1)
     parser.add_argument("--quantity", default="G", metavar="NAME", help="G, K_I, K_II or K_III (default: G)")
     parser.add_argument("--over", default="arc", choices=("arc", "x", "y", "z"), help="way along the front, or coordinate, over which it is drawn")
     parser.add_argument("--number", type=int, default=1, metavar="N", help="of the front, where there are several (default: 1)")
@@ -141,7 +139,6 @@ def parse(arguments):
     parser.add_argument("--scale", type=positive, default=1.0, metavar="G", help="what the values are divided by")
     parser.add_argument("--reference", metavar="FILE.csv", help="reference curve: rows of place [m], value")
     parser.add_argument("--csv", action="store_true", help="write comma-separated values of all snapshots with every digit")
-    add_picture_options(parser, "_front")
     return parser.parse_args(arguments)
 
 

@@ -1,5 +1,7 @@
 """Picture of the dynamic energy release rate G(t)/G_ref, or of other columns over time or over each other, of one or more hampm results.
 
+The commands `hampm plot rate`, `load` and `resistance` are this one with other columns.
+
 Where a file has no G_ref (no `reference` in &energy_release), G is drawn in J/m2. Columns of different units have axes of
 their own, below each other. --growth shows how cracks grow: G beside the toughness, speed and length. --x draws over another column:
 the load over the opening, K over the length of the crack, G over its speed. `mean_tip_speed` is the tip_speed as mean over a cell.
@@ -8,13 +10,12 @@ the load over the opening, K over the length of the crack, G over its speed. `me
 import re
 from pathlib import Path
 
-from .growing_tips import add_mean_speeds, columns_over_time
+from .growing_tips import add_derived, columns_over_time
 from ..columns import symbol as words
 from ..errors import ResultError
 from ..history import OF_TIP, History, is_error
-from ..scripts import Parser
 from ..signals import lowpass, read_curve
-from .pictures import (COLOURS, DASHES, add_picture_options, add_time_unit, name_curves, picture_names, plt, positive, prefixed, time_axis,
+from .pictures import (COLOURS, DASHES, add_time_unit, name_curves, picture_names, picture_parser, plt, positive, prefixed, time_axis,
                       verbatim, wrapped, write)
 
 import numpy as np
@@ -29,8 +30,7 @@ FEW = 40               # samples up to which a curve has a mark at each, and a b
 
 
 def main(arguments=None):
-    options = parse(arguments)
-    write(figure, options, "_G")
+    write(figure, parse(arguments), "_G")
 
 
 def figure(options):
@@ -38,9 +38,9 @@ def figure(options):
     return draw([History(path) for path in options.files], options)
 
 
-def parse(arguments):
-    parser = Parser(__doc__)
-    parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file of hampm")
+def parse(arguments, description=__doc__, suffix="_G", **columns):
+    """The options; of another command, which describes itself, some of them stand."""
+    parser = picture_parser(description, suffix)
     parser.add_argument("--estimator", action="append", metavar="NAME",
                         help="column of G to draw, such as G_vcct_I or vcct_I, * and ? allowed; "
                              "may be repeated (default: every G_* column)")
@@ -61,8 +61,9 @@ def parse(arguments):
     parser.add_argument("--reference-name", metavar="TEXT", help="of that curve in the legend (default: of its file)")
     parser.add_argument("--lowpass", type=positive, metavar="HZ",
                         help="remove what is above this frequency from every curve, without delay")
+    parser.add_argument("--log", action="store_true", help="logarithmic axes; leaves out what is not above zero")
     add_time_unit(parser)
-    add_picture_options(parser, "_G")
+    parser.set_defaults(**columns)
     options = parser.parse_args(arguments)
     if options.growth and (options.column or options.scale or options.label or options.reference):
         parser.error("--growth chooses columns and their axes")
@@ -83,7 +84,7 @@ def static_value(text):
 def draw(histories, options):
     """The figure: curves of all files, the reference curve, and the static values as horizontal lines."""
     for history in histories:
-        add_mean_speeds(history)
+        add_derived(history)
     shown = [Curve(history, name, column) for history, name in zip(histories, picture_names(histories))
              for column in columns(history, options)]
     scales = scales_of(shown, options)
@@ -92,6 +93,8 @@ def draw(histories, options):
     unit_of_x, label_of_x = abscissa(shown, options) if options.x else time_axis(histories, options.time_unit)
 
     def curve(axes, x, t, value, **style):
+        if options.log:
+            x, value = (np.where((x > 0) & (value > 0), of, np.nan) for of in (x, value))
         axes.plot(x * unit_of_x, smooth(t, value, options), **style)
 
     if options.reference:
@@ -110,7 +113,9 @@ def draw(histories, options):
         if options.errors and (error := item.history.error_of(item.column)):
             middle, about = smooth(times, value, options), smooth(times, item.history.columns[error] * factor, options)
             if is_few or options.x:
-                axes.errorbar(x * unit_of_x, middle, about, color=colour, linestyle="none", capsize=3, linewidth=1)
+                beside = item.history.error_of(item.column_over(options.x))
+                beside = item.history.columns[beside] * unit_of_x if options.x and beside else None
+                axes.errorbar(x * unit_of_x, middle, about, beside, color=colour, linestyle="none", capsize=3, linewidth=1)
             else:
                 axes.fill_between(x * unit_of_x, middle - about, middle + about, color=colour, alpha=0.2, linewidth=0)
     if not (options.column or options.growth):
@@ -118,7 +123,9 @@ def draw(histories, options):
 
     for name, axes in panels.items():
         axes.set_ylabel(scales[name].label)
-    if not options.x:
+        if options.log:
+            axes.set(xscale="log", yscale="log")
+    if not (options.x or options.log):
         last = max(history.times[-1] for history in histories) * unit_of_x
         axes.set_xlim(*((-0.02 * last, 1.02 * last) if max(history.times.size for history in histories) <= FEW else (0, last or None)))
     axes.set_xlabel(label_of_x)

@@ -9,9 +9,8 @@ refine. Of a solid, which has no tip, all cells that hold material are shown, fr
 from . import solid_pictures
 from .frames import frames_of, squares
 from ..errors import ResultError
-from ..scripts import Parser
 from .particle_pictures import add_axes_option, axis_labels, is_in_scene, plane_of, time_words
-from .pictures import COLOURS, MM, add_picture_options, plt, positive, verbatim, write
+from .pictures import COLOURS, MM, picture_parser, plt, positive, verbatim, write
 from .plot_field import panels
 
 import numpy as np
@@ -22,8 +21,7 @@ WINDOW = 6.0    # half width of what is shown [mm]
 
 
 def main(arguments=None):
-    options = parse(arguments)
-    write(figure, options, "_mesh")
+    write(figure, parse(arguments), "_mesh")
 
 
 def figure(options):
@@ -32,8 +30,7 @@ def figure(options):
 
 
 def parse(arguments):
-    parser = Parser(__doc__)
-    parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file with snapshots; one column each")
+    parser = picture_parser(__doc__, "_mesh", "result file with snapshots; one column each")
     parser.add_argument("--window", type=positive, metavar="MM",
                         help=f"half width of what is shown around the crack tip [mm] (default: {WINDOW:g})")
     add_axes_option(parser)
@@ -42,7 +39,6 @@ def parse(arguments):
     which.add_argument("--time", type=float, metavar="S", help="show the snapshot nearest to this time [s]")
     which.add_argument("--snapshot", type=int, metavar="N",
                        help="show this snapshot, counted from 0, or with a minus sign from the end (default: the last)")
-    add_picture_options(parser, "_mesh")
     return parser.parse_args(arguments)
 
 

@@ -17,10 +17,9 @@ from .frames import Frames
 from .growing_tips import growing_tips
 from ..errors import ResultError
 from ..history import History, is_rate
-from ..scripts import Parser
 from .particle_fields import ParticleField
 from .particle_pictures import Canvas, add_colour_bar, add_field_options, colours, extent, survey
-from .pictures import (COLOURS, DASHES, MM, add_picture_options, add_time_unit, picture_names, plt, positive, prefixed, time_axis, typeset,
+from .pictures import (COLOURS, DASHES, MM, add_time_unit, picture_names, picture_parser, plt, positive, prefixed, time_axis, typeset,
                       verbatim, write)
 from .points import read_points
 
@@ -32,8 +31,7 @@ LOOK = ("color", "linestyle", "linewidth", "marker", "markersize", "markerfaceco
 
 
 def main(arguments=None):
-    options = parse(arguments)
-    write(figure, options, "_path")
+    write(figure, parse(arguments), "_path")
 
 
 def figure(options):
@@ -43,8 +41,7 @@ def figure(options):
 
 
 def parse(arguments):
-    parser = Parser(__doc__)
-    parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file with growing cracks; the first with snapshots")
+    parser = picture_parser(__doc__, "_path", "result file with growing cracks; the first with snapshots")
     add_field_options(parser, "von_mises")
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--time", type=float, metavar="S", help="show the first file's snapshot nearest to this time [s]")
@@ -60,7 +57,6 @@ def parse(arguments):
                         help="which columns of these files are x and y, counted from 1 (default: 1,2)")
     parser.add_argument("--inset", type=float, nargs=3, metavar=("X", "Y", "HALF"),
                         help="enlarge the paths around a place in a corner of the picture, over so much on either side [mm]")
-    add_picture_options(parser, "_path")
     return parser.parse_args(arguments)
 
 
@@ -80,7 +76,7 @@ def draw(first, histories, measured, options):
     lower, upper = extent(seen, options.window)
     size = upper - lower
     figure, axes, panel = panels(size[1] / size[0], options.beside)
-    canvas = Canvas(axes, first, field, options.scale, colours(field, seen.values, options.log), options)
+    canvas = Canvas(axes, first, field, options.scale, colours(field, seen, options), options)
     title = canvas.show(number)
     axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]), title=options.title or title)
     add_colour_bar(figure, axes, canvas)

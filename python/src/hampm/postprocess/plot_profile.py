@@ -1,8 +1,8 @@
 """Picture of a field along a line through snapshots of one or more hampm results, such as a wave along a bar.
 
 The field is that of the particles whose share of their cell the line touches, or with --nodes that of the nodes on it which
-carry mass. Where there are particles on both sides of the line, or nodes of either face of a crack along it, each side has a curve
-of its own. Fields of particles are those of the file (stress_xx, energy_density, ...), velocity_x, displacement_y and the like, and
+carry mass. There is one value at each place, the mean of the particles there; at a crack along the line each face has its own, and a
+curve. Fields of particles are those of the file (stress_xx, energy_density, ...), velocity_x, displacement_y and the like, and
 those of plot_field.py; nodes have mass, velocity_x, velocity_y and, where the mesh follows a gradient, R.
 """
 
@@ -10,12 +10,12 @@ import csv
 import sys
 from collections import namedtuple
 
+from .crack_faces import is_between, segments_of
 from .frames import CrackPlane, Frames
 from ..errors import ResultError
-from ..scripts import Parser
 from ..signals import read_curve
-from .particle_fields import ParticleField
-from .pictures import COLOURS, DASHES, add_picture_options, name_curves, names, plt, positive, prefixed, typeset, verbatim, write
+from .particle_fields import ParticleField, words_of
+from .pictures import COLOURS, DASHES, name_curves, names, picture_parser, plt, positive, prefixed, typeset, verbatim, write
 
 import numpy as np
 
@@ -50,14 +50,13 @@ def profiles_of(options):
 
 
 def parse(arguments):
-    parser = Parser(__doc__)
-    parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file with snapshots")
+    parser = picture_parser(__doc__, "_<field>", "result file with snapshots")
     parser.add_argument("--field", required=True, metavar="NAME", help="what is drawn")
     parser.add_argument("--nodes", action="store_true", help="the field of the nodes, as it was in the last step")
     parser.add_argument("--time", type=float, action="append", metavar="S",
                         help="show the snapshot nearest to this time [s]; may be repeated (default: the last)")
     parser.add_argument("--along", choices=["x", "y"], default="x", help="direction of the line (default: %(default)s)")
-    parser.add_argument("--at", type=float, metavar="M", help="where the line is, across it [m] (default: all particles or nodes)")
+    parser.add_argument("--at", type=float, metavar="M", help="where the line is, across it [m] (default: all particles or nodes, the mean at each place)")
     parser.add_argument("--from-tip", action="store_true",
                         help="measure both from the crack tip, along the crack (x) and normal to it")
     parser.add_argument("--from", type=float, default=-np.inf, metavar="M", dest="first",
@@ -69,7 +68,6 @@ def parse(arguments):
     parser.add_argument("--scale", type=positive, metavar="VALUE", help="what the values and the reference curve are divided by")
     parser.add_argument("--label", metavar="TEXT", help="of the vertical axis (default: the field and its unit)")
     parser.add_argument("--csv", action="store_true", help="print comma-separated values in SI units in place of a picture")
-    add_picture_options(parser, "_<field>")
     return parser.parse_args(arguments)
 
 
@@ -93,9 +91,36 @@ def profile(result, name, number, options):
         near &= (place > 0) & (values > 0)
     if not near.any():
         raise ResultError(f"{result.path}: there is nothing to show on this line")
-    order = np.lexsort((across[near], place[near]))
+    order = np.flatnonzero(near)[np.lexsort((across[near], place[near]))]
     side = sides_of(block, across, options)
-    return Profile(name, result.times[number], *(item[near][order] for item in (place, values, side)))
+    place, values, side = (item[order] for item in (place, values, side))
+    if not options.nodes:
+        began = (block.points - block.point_fields["displacement"][:, :2])[order]
+        place, values, side = means(place, values, side, began, CLOSE * leaves.width.min(), segments_of(result.cracks(number)))
+    return Profile(name, result.times[number], place, values, side)
+
+
+def means(place, values, side, began, close, segments):
+    """One value a place, in ascending order: the mean of those that are closer, and of either side where a crack runs between them, whose
+    places in the reference configuration are `began`."""
+    group = np.concatenate([[0], np.cumsum(np.diff(place) > close)])
+    on = {sign: side == sign for sign in (1, -1)}
+    middle = {sign: mean(began[of].T, group[of], group[-1] + 1).T for sign, of in on.items()}
+    both = np.isfinite(middle[1] + middle[-1]).all(axis=1)
+    torn = np.zeros(len(both), dtype=bool)
+    torn[both] = is_between(middle[1][both], middle[-1][both], segments)
+    side = np.where(torn[group] | (np.sum(torn) > 0) & ~both[group], side, 0)
+    groups = 3 * group + side.astype(int) + 1
+    kept = np.unique(groups)
+    found = mean(np.array([place, values]), groups, 3 * group[-1] + 3)[:, kept]
+    return *found, kept % 3 - 1
+
+
+def mean(rows, group, count):
+    """Means of rows over groups, shape (rows, groups); NaN of empty ones."""
+    number = np.bincount(group, minlength=count)
+    with np.errstate(invalid="ignore"):
+        return np.array([np.bincount(group, row, count) / number for row in rows])
 
 
 def on_axes(result, number, points, options):
@@ -181,7 +206,7 @@ def draw(profiles, unit, options):
     axes.set_xlim(*(end * size if np.isfinite(end) else None for end in (options.first, options.last)))
     axes.set_xlabel(f"distance ahead of the crack tip [{length}]" if options.from_tip and options.along == "x"
                     else f"${options.along}$ [{length}]")
-    axes.set_ylabel(options.label or f"{options.field.replace('_', ' ')} [{'–' if unit == '1' else typeset(unit)}]")
+    axes.set_ylabel(options.label or f"{words_of(options.field)} [{'–' if unit == '1' else typeset(unit)}]")
     if options.title:
         figure.suptitle(options.title)
     figure.set_figheight(3.7 + 0.2 * name_curves(figure, [axes]))

@@ -14,9 +14,8 @@ from collections import Counter
 from textwrap import indent
 
 from ..errors import UNREADABLE, ResultError
-from ..scripts import Parser
 from .pareto import cheapest, front, measured, number, size
-from .pictures import COLOURS, add_picture_options, plt, verbatim, write
+from .pictures import COLOURS, picture_parser, plt, verbatim, write
 
 from ..tables import Table
 
@@ -57,15 +56,13 @@ def runs_of(options):
 
 
 def parse(arguments):
-    parser = Parser(__doc__)
-    parser.add_argument("files", nargs="+", metavar="TABLE.csv", help="table of runs")
+    parser = picture_parser(__doc__, "_work_precision", "table of runs", "TABLE.csv")
     parser.add_argument("--error", default="error_percent", metavar="COLUMN", help="error [%%] (default: %(default)s)")
     parser.add_argument("--cost", default="cpu_seconds", metavar="COLUMN", help="cost (default: %(default)s)")
     parser.add_argument("--family", default="family", metavar="COLUMN",
                         help="runs that share a colour and a marker (default: %(default)s)")
     parser.add_argument("--only", type=condition, action="append", default=[], metavar="COLUMN=VALUE",
                         help="take rows with this value alone; may be repeated")
-    add_picture_options(parser, "_work_precision")
     options = parser.parse_args(arguments)
     options.only = dict(options.only)
     return options

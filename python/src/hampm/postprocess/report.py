@@ -238,7 +238,7 @@ def growth_pictures(item, dpi):
     file = str(item.path)
     yield picture(lambda: plot_g.draw([item.history], plot_g.parse([file, "--growth"])), "growth over time", dpi)
     if item.frames:
-        options = plot_path.parse([file, "--no-mesh"])
+        options = plot_path.parse([file])
         yield picture(lambda: plot_path.draw(item.frames, [item.history], [], options), "paths of the cracks", dpi)
 
 

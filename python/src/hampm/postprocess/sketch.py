@@ -11,7 +11,7 @@ place, and are not drawn.
 
 import json
 
-from .pictures import COLOURS, DRAWING, add_picture_options, plt, prefixed, typeset, verbatim, write
+from .pictures import COLOURS, DRAWING, picture_parser, plt, prefixed, typeset, verbatim, write
 
 import numpy as np
 from matplotlib.markers import MarkerStyle
@@ -22,7 +22,6 @@ from matplotlib.transforms import Affine2D, Bbox
 
 from ..errors import HampmError, Message, ResultError
 from ..program import call
-from ..scripts import Parser
 from ..scene import Scene
 from ..stored_model import StoredModel
 
@@ -42,8 +41,7 @@ TRIANGLE = Path.make_compound_path(Path([(0, 0), (-0.5, -0.85), (0.5, -0.85), (0
 
 
 def main(arguments=None):
-    options = parse(arguments)
-    write(figure, options, "_sketch")
+    write(figure, parse(arguments), "_sketch")
 
 
 def figure(options):
@@ -52,12 +50,10 @@ def figure(options):
 
 
 def parse(arguments):
-    parser = Parser(__doc__)
-    parser.add_argument("files", nargs=1, metavar="MODEL.nml", help="namelist of a model that hampm --check accepts")
+    parser = picture_parser(__doc__, "_sketch", "namelist of a model that hampm --check accepts", "MODEL.nml", nargs=1)
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.KEY=VALUE", dest="settings",
                         help="use this value instead of the file's; may be repeated")
     parser.add_argument("--grid", action="store_true", help="show the lattice and its boxes, too")
-    add_picture_options(parser, "_sketch")
     return parser.parse_args(arguments)
 
 

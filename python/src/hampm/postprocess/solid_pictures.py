@@ -173,7 +173,7 @@ def survey(result, field, numbers, options, scale=1.0):
         values.append(own)
         places = view.of(polygons.reshape(-1, 3))[:, :2] * MM
         corners += [places.min(axis=0), places.max(axis=0)]
-    return Survey(moved, np.concatenate(values), np.min(corners, axis=0), np.max(corners, axis=0), np.zeros(2))
+    return Survey(moved, np.concatenate(values), np.ones(sum(map(len, values))), np.min(corners, axis=0), np.max(corners, axis=0), np.zeros(2))
 
 
 class Canvas:
@@ -182,7 +182,7 @@ class Canvas:
     def __init__(self, axes, result, field, scale, shades, options):
         self.axes, self.result, self.field, self.scale, self.shades = axes, result, field, scale, shades
         self.view, self.mesh = View(options), options.mesh
-        self.squares = ScalarMappable(shades.norm, shades.map)
+        self.colours = ScalarMappable(shades.norm, shades.map)
         prepare(axes, self.view)
 
     def show(self, number):
@@ -190,7 +190,7 @@ class Canvas:
         for drawn in [*self.axes.collections, *self.axes.lines]:
             drawn.remove()
         polygons, values = particle_polygons(self.result, self.field, number, self.view, self.scale)
-        draw_polygons(self.axes, self.view, polygons, self.squares.to_rgba(self.shades.factor * values))
+        draw_polygons(self.axes, self.view, polygons, self.colours.to_rgba(self.shades.factor * values))
         if self.mesh and self.view.slice:
             cells = cell_polygons(self.result, number, self.view)[0]
             self.axes.add_collection(PolyCollection(self.view.of(cells)[..., :2] * MM, facecolors="none", edgecolors=(0, 0, 0, 0.3), linewidths=0.5))
@@ -283,7 +283,7 @@ def write_with_pyvista(result, field, number, options, output):
         raise ResultError(f"--pyvista: {missing}; without it matplotlib draws") from missing
     view = View(options)
     polygons, values = particle_polygons(result, field, number, view, options.scale)
-    shades = colours(field, values, options.log)
+    shades = colours(field, Survey(0.0, values, np.ones(len(values)), None, None, None), options)
     surface = pyvista.PolyData.from_regular_faces(polygons.reshape(-1, 3) * MM, np.arange(4 * len(polygons)).reshape(-1, 4))
     title = re.sub(r"[$\\{}]|_(?={)", "", f"{field.words} [{shades.unit}]").replace("sigma", "")
     surface.cell_data[title] = shades.factor * values
