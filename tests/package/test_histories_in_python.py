@@ -101,7 +101,7 @@ def test_values_along_a_front(tmp_path, monkeypatch, plate_result):
     end = float(front.arc[-1].max())
     ways = np.linspace(0.1, 0.9, 9) * end
     even = history.front(arc=ways)
-    assert even.K_I.dims == ("time", "arc") and even.sizes["arc"] == 9 and even.K_I_error.attrs["units"] == "Pa m^0.5"
+    assert even.K_I.dims == ("time", "arc") and even.sizes["arc"] == 9 and even.K_I_error.attrs["units"] == "Pa m^0.5" and even.K_I.attrs["ancillary_variables"] == "K_I_error"
     k = int(np.argmin(abs(front.arc.values[-1] - ways[4])))
     assert float(even.K_I[-1, 4]) == pytest.approx(float(front.K_I[-1, k]), rel=0.02)
     radius = np.sqrt(even.x**2 + even.y**2 + even.z**2).values[-1]

@@ -1,6 +1,7 @@
 """Pictures of the mesh and animations: what they show, that they are written, that mistakes are named."""
 
 import re
+import shutil
 import sys
 
 import h5py
@@ -124,6 +125,11 @@ def test_a_film_is_an_mp4_where_there_is_ffmpeg(script, refined_result, tmp_path
     written = (tmp_path / "a.mp4").read_bytes()
     width, height = map(int, re.search(rb"-s (\d+)x(\d+)", written).groups())
     assert written.index(b"-f rawvideo") > 4 * 4 * width * height and b"libx264" in written
+    file = shutil.copy(refined_result, tmp_path / "b.h5")
+    assert script("animate.py", file, "--dpi", 20, "--every", 3, "--style", "dark", "--size", "100mm").stdout == f"{tmp_path}/b.mp4\n"   # where it can be
+    assert re.search(rb"-s (\d+)x", (tmp_path / "b.mp4").read_bytes())[1] == b"78"
+    monkeypatch.setenv("PATH", "")
+    assert script("animate.py", file, "--dpi", 20, "--every", 3).stdout == f"{tmp_path}/b.gif\n"
 
 
 def test_the_mesh_is_drawn_where_it_holds_material_or_left_out(refined_result):

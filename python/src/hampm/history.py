@@ -212,8 +212,10 @@ class History(Mapping[str, Array]):
             at = np.asarray(list(arc), dtype=float)
             values = {name: np.array([_between(at, ways, row) for ways, row in zip(values["arc"], rows)]) for name, rows in values.items()} | {"arc": at}
             dims = "time", "arc"
-        data: dict[str, Any] = {name: (dims if array.ndim == 2 else "arc", array, {key: about[name][key] for key in ("units", "long_name") if key in about[name]})
-                                for name, array in values.items()}
+        for name in values:
+            about[name] = {key: about[name][key] for key in ("units", "long_name") if key in about[name]} | \
+                ({"ancillary_variables": f"{name}_error"} if f"{name}_error" in values else {})
+        data: dict[str, Any] = {name: (dims if array.ndim == 2 else "arc", array, about[name]) for name, array in values.items()}
         return xarray.Dataset({name: item for name, item in data.items() if name not in places},
                               coords={"time": ("time", self.times, {"units": "s"})} | {name: data[name] for name in places}, attrs={"front": number})
 

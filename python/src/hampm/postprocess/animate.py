@@ -1,8 +1,6 @@
-"""Animation of a hampm result: particles, mesh and cracks in all snapshots, as a GIF, or as an MP4 where there is ffmpeg; or of one of its modes.
+"""Animation of a hampm result, all snapshots as an MP4 where there is ffmpeg, else as a GIF; or of one of its modes.
 
-Particles stand where they are with their displacement enlarged, each as a square of its share of its cell that deforms as its material
-does, coloured by a field, on one scale of colours for all. The mesh stands still: material moves through it. The faces of cracks move with
-the particles beside them. Where a crack lies on a plane of symmetry, all is mirrored about it.
+It shows what plot_field.py does, coloured by a field on one scale of colours for all snapshots, with cracks that open and grow.
 The title says by how much displacements are enlarged. On a terminal the snapshots that are done are counted.
 """
 
@@ -17,7 +15,7 @@ from ..errors import UNREADABLE, ResultError
 from ..scripts import Parser, tell, whole
 from .particle_fields import ParticleField
 from .particle_pictures import add_colour_bar, add_field_options, bodies_meet, colours, default_scale, extent
-from .pictures import STYLE, ending, plt, positive
+from .pictures import STYLE, STYLES, add_look, ending, in_style, plt, positive
 
 from matplotlib.animation import FFMpegWriter, PillowWriter
 
@@ -29,13 +27,14 @@ def main(arguments=None):
     result = frames_of(options.file, options.mode)
     if options.mode is not None:
         options.field = "displacement"
-    output = Path(options.output or result.path.with_name(f"{result.stem}.gif"))
+    output = Path(options.output or result.path.with_name(f"{result.stem}{'.mp4' if FFMpegWriter.isAvailable() else '.gif'}"))
     frames = -(-result.times.size // options.every)
     if frames > MANY:
         tell(f"{frames} snapshots of {result.path} ({result.path.stat().st_size / 1e6:.0f} MB) are drawn; --every {2 * options.every} draws half of them")
     plt.switch_backend("Agg")
-    with plt.rc_context(STYLE | {"savefig.dpi": options.dpi, "figure.dpi": options.dpi}):
+    with plt.rc_context(STYLE | STYLES.get(options.style, {}) | {"savefig.dpi": options.dpi, "figure.dpi": options.dpi}):
         film = Film(result, options)
+        in_style(lambda _: film.figure, options)
         try:
             writer = writer_of(output, options.fps)
             with writer.saving(film.figure, output, options.dpi):
@@ -63,8 +62,9 @@ def parse(arguments):
     parser.add_argument("--fps", type=positive, default=10, metavar="N",
                         help="snapshots shown in a second (default: %(default)g)")
     parser.add_argument("--dpi", type=positive, default=100, metavar="N", help="resolution (default: %(default)g)")
+    add_look(parser)
     parser.add_argument("-o", "--output", type=ending(".gif", ".mp4"), metavar="FILE",
-                        help="animation to write, .gif or .mp4 (default: the file's name with .gif, beside it)")
+                        help="animation to write, .gif or .mp4 (default: the file's name with .mp4, without ffmpeg with .gif, beside it)")
     return parser.parse_args(arguments)
 
 

@@ -48,10 +48,15 @@ def add_picture_options(parser, suffix):
     parser.add_argument("-o", "--output", type=picture, metavar="FILE",
                         help=f"picture to write, .png, .pdf or .svg (default: <first file>{suffix}.png beside it)")
     parser.add_argument("--format", type=formats, default=[], metavar="FORMAT,...", help="write so many files that end in these, such as pdf,svg,png")
-    parser.add_argument("--style", choices=STYLES, help="small letters and thin lines for a paper, large ones for a slide, or light on dark")
-    parser.add_argument("--size", type=size_of, metavar="WIDTH[xHEIGHT]", help="of the picture, such as 84mm or 16x9cm (default: what suits it)")
+    add_look(parser)
     parser.add_argument("--dpi", type=positive, default=200, metavar="N", help="points per inch of a .png (default: %(default)g)")
     parser.add_argument("--title", metavar="TEXT", help="title of the picture")
+
+
+def add_look(parser):
+    """Options of every picture and film: its style and its size."""
+    parser.add_argument("--style", choices=STYLES, help="small letters and thin lines for a paper, large ones for a slide, or light on dark")
+    parser.add_argument("--size", type=size_of, metavar="WIDTH[xHEIGHT]", help="of the picture, such as 84mm or 16x9cm (default: what suits it)")
 
 
 def picture_parser(description, suffix, files="result file of hampm", metavar="FILE.h5", nargs="+"):
