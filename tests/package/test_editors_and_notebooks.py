@@ -32,13 +32,15 @@ def test_messages_name_the_cell_of_a_notebook(plate):
 
 @pytest.mark.verify
 def test_the_notebook_runs(tmp_path, monkeypatch):
-    """Twenty cases, of which K rises with the length of the crack; a figure of a column of a paper."""
+    """Twenty cases, of which K rises with the length of the crack; a figure of a column of a paper; tables by a pool; the shape factor of a strip with an
+    edge crack, at a/W = 0.4 by Tada, Paris & Irwin (2000), p. 2.11, within 0.5 %, and as much for the cells."""
     nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
     (tmp_path / "input").mkdir()
     shutil.copy(INPUT / "edge_crack.nml", tmp_path / "input")
     monkeypatch.setenv("HAMPM", str(PROGRAM))
     monkeypatch.setenv("PYTHONPATH", str(PACKAGE))
     shown = "assert len(by_length) == len(largest) == 20 and (by_length.K_I.unstack('a').diff(axis=1).iloc[:, 1:] > 0).all(axis=None), by_length"
+    shown += "\nassert len(tables) == 20 and all('K_I' in str(table) for table in tables), tables\nassert abs(shape(0.4) / 2.1064 - 1) < 0.01, shape(0.4)"
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(text) for text in (next(block for block in BLOCKS if "results/twenty" in block), "by_length.K_I.unstack('a')", "cases", shown, "figure")])
     nbclient.NotebookClient(notebook, timeout=500, resources={"metadata": {"path": str(tmp_path)}}).execute()
     assert (tmp_path / "J.pdf").read_bytes().startswith(b"%PDF")
