@@ -132,6 +132,14 @@ def behind(error, grown, skip):
     return error[grown > skip], np.array(means)
 
 
+def over_cells(way, value, cells=4):
+    """Means of a value over the last cells of the way of a tip, or over as many as it has come [1]: the exact value of G_moving_average; at rest the value."""
+    moving = max(int(np.argmax(way > 0)) - 1, 0)
+    area = np.concatenate([np.zeros(moving + 1), np.cumsum(np.diff(way[moving:]) * (value[moving + 1:] + value[moving:-1]) / 2)])
+    first = np.maximum(way - cells, 0)
+    return np.where(way > 0, (area - np.interp(first, way[moving:], area[moving:])) / np.maximum(way - first, 1e-30), value)
+
+
 def benchmark_scene(cell, mass):
     n = round(6.4 / cell)
     return BENCHMARK.format(end=2.9 * BENCHMARK_ARRIVAL, lower=-2.0 - cell, cell=cell, n=n, n_y=round(4.0 / cell) + 2, mass=mass,

@@ -5,9 +5,9 @@ module hampm_crack_measurements
    use hampm_tensors, only: norm
    use hampm_tolerance, only: bounded_ratio
    use hampm_crack_tip, only: crack_tip_t
-   use hampm_crack_values, only: crack_values_t, best_t
+   use hampm_crack_values, only: crack_values_t, best_t, best_rate
    use hampm_cracks, only: cracks_t
-   use hampm_estimated_errors, only: error_t, pace_t, follow, follow_speed, is_new_slot, needs_sample, &
+   use hampm_estimated_errors, only: error_t, pace_t, follow, follow_speed, is_new_slot, is_sample, needs_sample, &
                                      waves_of
    use hampm_estimator, only: estimate_t
    use hampm_failure, only: failure_t
@@ -16,7 +16,7 @@ module hampm_crack_measurements
    use hampm_loads, only: factors_at
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
-   use hampm_moving_tip, only: rayleigh_speed
+   use hampm_moving_tip, only: rayleigh_speed, lost_to_lumping
    use hampm_openings, only: opening_at, look_for_arrival
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
@@ -79,7 +79,7 @@ contains
                                                    .or. material%has_history .or. field(1)%is_at_interface)
             agree = agree .and. material%isotropic ! else K has the size of J
             call follow_values(tip, field(1), rayleigh_speed(material), problem%state%time, pace_of(problem, tip, values), agree, &
-                               material%is_finite, values)
+                               material%is_finite, problem%runs_lumped(), values)
          end associate
          best = values%best(tip, problem%materials(tip%material_in(problem%materials))%isotropic)
          if (best%estimator /= '') g = best%rate
@@ -152,6 +152,8 @@ contains
                needs_values = needs_values .or. any(needs_sample(of%error%recent, problem%state%time, pace, next_row, dt))
          end associate
       end do
+      needs_values = needs_values .or. values%average%is_next(tip%grown, tip%nodes%spacing, &
+                                                              tip%speed*(next_row - problem%state%time))
    end function needs_values
 
    !> Update the errors of the last measured values. Differences of J and K between domains are errors too.
@@ -161,7 +163,7 @@ contains
    !>
    !> At rest J of a tip in a cell is of the place where it acts, K of the place where it is: J is off by what both differ, give or
    !> take the error of K.
-   pure subroutine follow_values(tip, field, wave, time, pace, agree, is_finite, values)
+   pure subroutine follow_values(tip, field, wave, time, pace, agree, is_finite, is_lumped, values)
       type(crack_tip_t), intent(in) :: tip
       type(tip_field_t), intent(in) :: field     !! of the tip
       real(dp), intent(in) :: wave               !! speed of Rayleigh waves there [m/s]
@@ -169,8 +171,10 @@ contains
       type(pace_t), intent(in) :: pace
       logical, intent(in) :: agree               !! whether J and K of the field are to be of one G
       logical, intent(in) :: is_finite           !! whether J knows large strain, of which K knows nothing
+      logical, intent(in) :: is_lumped           !! whether tips run through lumped masses, in explicit steps
       type(crack_values_t), intent(inout) :: values
-      real(dp) :: j, spread_of_j, of_k(modes), part(modes), least(modes), apart(modes), late, residual
+      real(dp) :: j, spread_of_j, of_k(modes), part(modes), least(modes), apart(modes), late, kept, residual
+      logical :: is_new
       integer :: n
       associate (v => values, errors => values%errors, scale => values%errors%with_cells(tip%nodes%spacing))
          do n = 1, size(v%estimates)
@@ -186,13 +190,18 @@ contains
          spread_of_j = maxval(v%j) - minval(v%j) + v%uncertainty_of_j + tip%lost()*abs(j)
          apart = 0                               ! J and the interaction of a tip that grows, which sees where it is
          if (tip%grown > 0) apart = bounded_ratio(abs(v%by_fields - v%intensity), norm(v%intensity), 1.0_dp)
-         call follow_speed(errors, tip%speed, wave, time, pace, apart, late)
+         is_new = is_sample(errors%j%recent, time, pace)
+         call follow_speed(errors%seen, tip%speed, wave, time, pace, is_new, late, kept)
+         apart = kept*errors%apart + (1 - kept)*apart**2
+         if (is_new) errors%apart = apart
+         apart = sqrt(apart)
          if (tip%toughness > 0) then             ! by its law G is the toughness: speed, and K by that, are off
             residual = abs(j - tip%toughness)
             late = 0
          else                                    ! J is nearer than the interaction: half of what both differ by
             residual = norm(apart)*abs(j)
             apart = apart/2
+            if (is_lumped) late = late + lost_to_lumping(tip%speed, wave)
          end if
          apart = norm(v%intensity)*apart
          call follow(errors%j, j, scale, max(spread_of_j, residual), time, pace)
@@ -223,6 +232,8 @@ contains
                of%error%now = max(of%error%now, least)
             end associate
          end do
+         call v%average%follow(tip%grown, tip%nodes%spacing, [best_rate(v, tip), errors%j%lasting + late*abs(j), &
+                                                              errors%j%recent%scatter])
       end associate
    end subroutine follow_values
 
@@ -287,6 +298,8 @@ contains
             call history%record('G', 'J/m2', 'energy release rate, both modes, by the best of the chosen estimators: '// &
                                 best%estimator, best%rate)
             if (v%errors%are_known) call history%record('G_error', 'J/m2', 'estimated error of G', best%error)
+            if (v%errors%are_known .and. v%moves .and. may_grow .and. allocated(v%j)) &
+               call v%average%record(history)
          end if
          history%is_of_none = .not. tip%is_measured()
          call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))

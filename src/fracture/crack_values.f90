@@ -9,6 +9,7 @@ module hampm_crack_values
    use hampm_estimated_errors, only: estimated_errors_t, arrival_t, archive_errors, archive_column, archive_arrival, &
                                      hardly
    use hampm_estimator, only: estimator_t, estimate_t, total
+   use hampm_moving_average, only: moving_average_t, archive_average
    use hampm_tip_domain, only: places_t
    implicit none
    private
@@ -47,6 +48,7 @@ module hampm_crack_values
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
       real(dp) :: mouth(modes) = 0               !! the same at the mouth [m]
       type(estimated_errors_t) :: errors         !! of the domain integral
+      type(moving_average_t) :: average          !! of G over the last cells of advance, in motion
       type(recorded_t) :: recorded
    contains
       procedure :: best
@@ -195,6 +197,7 @@ contains
       integer :: k, n
       call archive_errors(values%errors, archive)
       call archive_arrival(values%arrival, archive)
+      call archive_average(values%average, 'average', archive)
       call archive%serialise('is_closed', values%is_closed)
       call archive%serialise('is_turned', values%is_turned)
       call archive%archive_reals('domain', modes, values%domain)

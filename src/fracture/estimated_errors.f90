@@ -6,9 +6,9 @@ module hampm_estimated_errors
    use hampm_crack_tip_field, only: modes
    implicit none
    private
-   public :: error_t, estimated_errors_t, static_columns_t, relative_errors, in_all, follow, follow_speed, archive_errors, &
-             archive_column, hardly, uncertainty, recent_t, pace_t, arrival_t, is_new_slot, slot_of, add_recent, needs_sample, &
-             waves_of, archive_recent, archive_arrival
+   public :: error_t, estimated_errors_t, seen_speed_t, static_columns_t, relative_errors, in_all, follow, follow_speed, &
+             archive_errors, archive_column, hardly, uncertainty, recent_t, pace_t, arrival_t, is_new_slot, slot_of, add_recent, &
+             is_sample, needs_sample, waves_of, archive_recent, archive_arrival, archive_seen
 
    !> Part of the largest value so far of which there is always the relative error: where a value passes through zero, a small
    !> shift in time is an error of the size of its neighbours.
@@ -57,11 +57,18 @@ module hampm_estimated_errors
       real(dp) :: cells = 0.5_dp                 !! that a shear wave crosses in the time to which fronts of waves are known
    end type pace_t
 
+   !> The speed of which domains see waves.
+   type :: seen_speed_t
+      real(dp) :: time = -1                      !! of the last sample; below 0: none [s]
+      real(dp) :: speed = 0                      !! then [m/s]
+   end type seen_speed_t
+
    !> The estimated error of a column.
    type :: error_t
       type(recent_t) :: recent                   !! values, in motion
       real(dp) :: relative = 0                   !! with the cells of the start [-]
       real(dp) :: largest = 0                    !! size of the largest value so far, in the unit of the column
+      real(dp) :: lasting = 0                    !! of the latest value, without waves that cells cannot carry, in that unit
       real(dp) :: now = 0                        !! of the latest value, in the unit of the column
    end type error_t
 
@@ -75,8 +82,7 @@ module hampm_estimated_errors
       logical :: by_mode = .false.               !! whether each mode has an error of its own
       real(dp) :: of_tip = 1                     !! part of the estimate due to the cells at the tip [-]
       real(dp) :: cell = 0                       !! size of these at the start [m]
-      real(dp) :: time = -1                      !! of the last sample of a tip's speed; below 0: none [s]
-      real(dp) :: speed = 0                      !! that of which domains see waves at that time [m/s]
+      type(seen_speed_t) :: seen                 !! speed of the tip of which domains see waves
       real(dp) :: apart(modes) = 0               !! mean square of what K by J and by fields differ by, over K**2 [-]
    contains
       procedure :: with_cells
@@ -273,32 +279,27 @@ contains
       if (.not. counts .and. is_sample(error%recent, time, pace)) counts = place_in_set(time, pace) < 1
       if (counts) error%largest = max(error%largest, abs(value))
       call add_recent(error%recent, time, value, pace)
-      error%now = error%recent%with_waves(max(scale*error%relative*max(abs(value), floor_of_values*error%largest), least))
+      error%lasting = max(scale*error%relative*max(abs(value), floor_of_values*error%largest), least, error%recent%change)
+      error%now = error%recent%with_waves(error%lasting)
    end subroutine follow
 
-   !> Follow the speed of a tip, and what K by J and by the fields of its speed differ by. Domains see its waves late, about as
-   !> shear waves cross three cells: the part of G by which they are off, as G is nearly 1 - v/c of that at rest (Freund 1990,
-   !> section 6.4).
-   pure subroutine follow_speed(errors, speed, wave, time, pace, apart, late)
-      type(estimated_errors_t), intent(inout) :: errors
+   !> Follow the speed of a tip or a front. Domains see its waves late, about as shear waves cross three cells: the part of G by
+   !> which they are off, as G is nearly 1 - v/c of that at rest (Freund 1990, section 6.4).
+   pure subroutine follow_speed(seen, speed, wave, time, pace, is_new, late, kept)
+      type(seen_speed_t), intent(inout) :: seen
       real(dp), intent(in) :: speed, wave        !! of the tip, and of Rayleigh waves [m/s]
       real(dp), intent(in) :: time               !! [s]
       type(pace_t), intent(in) :: pace
-      real(dp), intent(inout) :: apart(modes)    !! difference of both K over K; then the root of its mean square of late [-]
+      logical, intent(in) :: is_new              !! whether a sample is taken
       real(dp), intent(out) :: late              !! the part of G [-]
+      real(dp), intent(out) :: kept              !! the part of the last sample in the present value [-]
       real(dp), parameter :: slower = 0.999_dp, cells = 3
-      real(dp) :: kept, seen, square(modes)
+      real(dp) :: now
       kept = 0
-      if (errors%time >= 0 .and. pace%waves > 0) kept = exp(-(time - errors%time)*cells_of_waves/(cells*pace%waves))
-      seen = kept*errors%speed + (1 - kept)*min(speed, slower*wave)
-      square = kept*errors%apart + (1 - kept)*apart**2
-      if (is_sample(errors%j%recent, time, pace)) then
-         errors%time = time
-         errors%speed = seen
-         errors%apart = square
-      end if
-      late = abs((wave - min(speed, slower*wave))/(wave - seen) - 1)
-      apart = sqrt(square)
+      if (seen%time >= 0 .and. pace%waves > 0) kept = exp(-(time - seen%time)*cells_of_waves/(cells*pace%waves))
+      now = kept*seen%speed + (1 - kept)*min(speed, slower*wave)
+      if (is_new) seen = seen_speed_t(time, now)
+      late = abs((wave - min(speed, slower*wave))/(wave - now) - 1)
    end subroutine follow_speed
 
    !> Factor of the initial relative errors with the present cells at the tip [-].
@@ -318,8 +319,7 @@ contains
       call archive%serialise('j_relative', errors%j%relative)
       call archive%serialise('j_largest', errors%j%largest)
       call archive_recent(errors%j%recent, 'j', archive)
-      call archive%serialise('time_of_speed', errors%time)
-      call archive%serialise('speed_seen', errors%speed)
+      call archive_seen(errors%seen, archive)
       call archive%archive_reals('apart', modes, errors%apart)
       call archive%serialise('of_tip', errors%of_tip)
       call archive%serialise('error_cell', errors%cell)
@@ -351,6 +351,14 @@ contains
       call archive%serialise(name//'_scatter', recent%scatter)
       call archive%serialise(name//'_change', recent%change)
    end subroutine archive_recent
+
+   !> Keep the speed of which domains see waves.
+   subroutine archive_seen(seen, archive)
+      type(seen_speed_t), intent(inout) :: seen
+      class(archive_t), intent(inout) :: archive
+      call archive%serialise('time_of_speed', seen%time)
+      call archive%serialise('speed_seen', seen%speed)
+   end subroutine archive_seen
 
    !> Keep when a wave has arrived.
    subroutine archive_arrival(arrival, archive)

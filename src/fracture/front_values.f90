@@ -9,8 +9,8 @@ module hampm_front_values
    use hampm_kinds, only: dp, ndim, corners
    use hampm_tensors, only: identity, norm, edge_of
    use hampm_archive, only: archive_t
-   use hampm_estimated_errors, only: recent_t, pace_t, arrival_t, is_new_slot, add_recent, needs_sample, &
-                                     waves_of, archive_recent, archive_arrival
+   use hampm_estimated_errors, only: recent_t, pace_t, arrival_t, seen_speed_t, is_new_slot, add_recent, is_sample, needs_sample, &
+                                     follow_speed, waves_of, archive_recent, archive_arrival, archive_seen
    use hampm_front, only: front_t, room_of
    use hampm_front_closure, only: closure_rates
    use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, cell_at
@@ -18,6 +18,8 @@ module hampm_front_values
    use hampm_history, only: history_t
    use hampm_loads, only: factors_at
    use hampm_material, only: are_of_one
+   use hampm_moving_average, only: moving_average_t, archive_average
+   use hampm_moving_tip, only: rayleigh_speed, lost_to_lumping
    use hampm_nodal_state, only: nodal_state_t
    use hampm_openings, only: opening_at, look_for_arrival
    use hampm_problem, only: problem_t
@@ -47,6 +49,11 @@ module hampm_front_values
       type(recent_t), allocatable :: of_hats(:)  !! the same by hat
       type(arrival_t) :: arrival                 !! of waves
       real(dp) :: toughness = 0                  !! to which the mean of G is equal as it runs; 0 where that is not so [J/m2]
+      real(dp) :: speed = 0                      !! as it grows in motion, mean [m/s]
+      type(seen_speed_t) :: seen                 !! that of which domains see waves
+      real(dp) :: off = 0                        !! part of G by which it is off at a given speed: late waves, lumped masses [-]
+      real(dp) :: way = 0, time = -1             !! of this speed so far, and up to when; below 0: not yet [m], [s]
+      type(moving_average_t) :: average          !! of the mean of G over the last cells of this way
    end type measured_t
 
    !> That, and where it was measured.
@@ -61,6 +68,8 @@ module hampm_front_values
       real(dp), allocatable :: outward(:, :)     !! there, unit vectors out of the crack, (ndim, hats)
       real(dp), allocatable :: mean_of(:, :)     !! part of each node of the front in each hat, (hats, nodes)
       real(dp), allocatable :: of_g(:, :)        !! K of opening and of sliding, which have their parts of G [Pa sqrt(m)], (2, hats)
+   contains
+      procedure :: follow_growth
    end type front_values_t
 
 contains
@@ -146,6 +155,11 @@ contains
          call archive%archive_reals('closure_mean_error', front_modes, values(k)%closure_mean_error)
          call archive_recent(values(k)%of_mean, 'mean', archive)
          call archive_arrival(values(k)%arrival, archive)
+         call archive%serialise('speed', values(k)%speed)
+         call archive_seen(values(k)%seen, archive)
+         call archive%serialise('way', values(k)%way)
+         call archive%serialise('time_of_way', values(k)%time)
+         call archive_average(values(k)%average, 'average', archive)
          do i = 1, hats
             call archive_recent(values(k)%of_hats(i), 'hat_'//to_text(i), archive)
          end do
@@ -281,16 +295,39 @@ contains
       if (values%by_closure) where (values%of_g(1, :) < 0) values%closure(1, :) = -values%closure(1, :)
    end subroutine measure_front
 
+   !> After a step in motion, follow how the points of the front grow.
+   pure subroutine follow_growth(self, width, speed, toughness, time)
+      class(front_values_t), intent(inout) :: self
+      real(dp), intent(in) :: width(:), speed(:), toughness(:) !! by point [m], [m/s]; 0 if it does not run by it [J/m2]
+      real(dp), intent(in) :: time               !! [s]
+      self%toughness = 0
+      self%speed = 0
+      if (any(width > 0)) then
+         self%speed = sum(width*speed)/sum(width)
+         if (all(toughness > 0 .or. .not. width > 0)) self%toughness = sum(width*toughness)/sum(width) ! all of it runs
+      end if
+      if (self%time >= 0) self%way = self%way + self%speed*(time - self%time)
+      self%time = time
+   end subroutine follow_growth
+
    !> Find by what the last samples stray, in waves that cells cannot carry.
    pure subroutine find_scatter(problem, in_sets, values)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: in_sets             !! as in `pace_t`
       type(front_values_t), intent(inout) :: values
       type(pace_t) :: pace
+      real(dp) :: wave, unused
       if (values%has_ended) return
       pace = pace_of(problem, in_sets, values)
+      wave = rayleigh_speed(problem%materials(values%domain%material))
+      call follow_speed(values%seen, values%speed, wave, problem%state%time, pace, &
+                        is_sample(values%of_mean, problem%state%time, pace), values%off, unused)
+      if (problem%runs_lumped()) values%off = values%off + lost_to_lumping(values%speed, wave)
+      if (values%toughness > 0) values%off = 0
       call add_recent(values%of_mean, problem%state%time, mean_rate(values), pace)
       call add_recent(values%of_hats, problem%state%time, values%g, pace)
+      call values%average%follow(values%way, cell_at(values%domain%front, problem), &
+                                 [mean_rate(values), lasting_error(values), values%of_mean%scatter])
    end subroutine find_scatter
 
    !> After a step, look whether a wave has arrived at a front.
@@ -319,8 +356,10 @@ contains
       type(front_values_t), intent(in) :: values
       real(dp), intent(in) :: next_row, dt       !! its time, and the step [s]
       needs_front = .false.
-      if (.not. values%has_ended) &
-         needs_front = needs_sample(values%of_mean, problem%state%time, pace_of(problem, in_sets, values), next_row, dt)
+      if (values%has_ended) return
+      needs_front = needs_sample(values%of_mean, problem%state%time, pace_of(problem, in_sets, values), next_row, dt)
+      needs_front = needs_front .or. values%average%is_next(values%way, cell_at(values%domain%front, problem), &
+                                                            values%speed*(next_row - problem%state%time))
    end function needs_front
 
    !> When samples are taken of a front.
@@ -575,6 +614,14 @@ contains
       value = values(k + 1) + (along - k)*(values(modulo(k + 1, size(values)) + 1) - values(k + 1))
    end function between_hats
 
+   !> Error of the mean of G without waves that cells cannot carry [J/m2]. By its law G is the toughness.
+   pure real(dp) function lasting_error(values) result(error)
+      type(front_values_t), intent(in) :: values
+      error = max(values%mean_error, values%of_mean%change)
+      if (values%toughness > 0) error = max(error, abs(mean_rate(values) - values%toughness))
+      error = error + values%off*abs(mean_rate(values))
+   end function lasting_error
+
    !> The part of the front of each hat function.
    pure function parts_of(values) result(part)
       type(front_values_t), intent(in) :: values
@@ -585,8 +632,9 @@ contains
    end function parts_of
 
    !> Record it: means in the history, and all values along the front.
-   subroutine record_front(values, history)
+   subroutine record_front(values, moves, history)
       type(front_values_t), intent(in) :: values
+      logical, intent(in) :: moves               !! whether fronts of the run grow in motion
       type(history_t), intent(inout) :: history
       character(*), parameter :: closed = 'energy release rate, virtual crack closure'
       real(dp) :: part_of_modes(front_modes)
@@ -596,8 +644,8 @@ contains
       part_of_modes = part_of_modes/max(sum(abs(part_of_modes)), tiny(1.0_dp))
       history%is_of_none = values%has_ended
       call history%record('G_mean', 'J/m2', 'energy release rate, mean along the front', mean_rate(values))
-      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%of_mean%with_waves(max(values%mean_error, &
-                          merge(abs(mean_rate(values) - values%toughness), 0.0_dp, values%toughness > 0))))
+      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%of_mean%with_waves(lasting_error(values)))
+      if (moves) call values%average%record(history)
       call history%record('G_largest', 'J/m2', 'largest energy release rate along the front', maxval(values%g))
       call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, mean along the front', &
                                 matmul(values%k(:last, :), parts_of(values)))
@@ -606,13 +654,14 @@ contains
          call history%record_along_front('xyz'(d:d), 'm', 'place on the front', values%at(d, :))
       end do
       call history%record_along_front('G', 'J/m2', 'energy release rate', values%g)
-      call history%record_along_front('G_error', 'J/m2', 'estimated error of it', values%of_hats%with_waves(values%g_error))
+      call history%record_along_front('G_error', 'J/m2', 'estimated error of it', &
+                                      values%of_hats%with_waves(values%g_error + values%off*abs(values%g)))
       do d = 1, last
          associate (name => 'K_'//repeat('I', d))
             call history%record_along_front(name, 'Pa m^0.5', 'stress intensity factor, mode '//repeat('I', d), values%k(d, :))
             call history%record_along_front(name//'_error', 'Pa m^0.5', 'estimated error of it', values%k_error(d, :) + &
-                                            abs(values%k(d, :))*values%of_hats%with_waves(0.0_dp) &
-                                            /max(2*values%g, values%of_hats%with_waves(0.0_dp), tiny(1.0_dp)))
+                                            abs(values%k(d, :))*(values%off/2 + values%of_hats%with_waves(0.0_dp) &
+                                            /max(2*values%g, values%of_hats%with_waves(0.0_dp), tiny(1.0_dp))))
          end associate
       end do
       if (values%by_closure) then

@@ -11,7 +11,7 @@ module hampm_moving_tip
    use hampm_material, only: material_t
    implicit none
    private
-   public :: energy_factors, rayleigh_speed, share_of_rest, hoop_angle, lead_of_release, release_length
+   public :: energy_factors, rayleigh_speed, share_of_rest, hoop_angle, lead_of_release, lost_to_lumping, release_length
 
    real(dp), parameter :: pi = acos(-1.0_dp)
 
@@ -53,6 +53,17 @@ contains
       of_shear = sqrt(1 - (speed/material%shear_wave_speed())**2)
       d = 4*of_pressure*of_shear - (1 + of_shear**2)**2
    end function rayleigh_function
+
+   !> The part of G that a tip loses as it runs through lumped masses in explicit steps [-]. Forces that fall over `release_length`
+   !> cells are half a period of waves with k h = pi v/(release_length c), which such masses slow by (k h)**2/24
+   !> (docs/explanation/mass.md); and G is nearly 1 - v/c of that at rest.
+   pure elemental real(dp) function lost_to_lumping(speed, wave) result(part)
+      real(dp), intent(in) :: speed, wave        !! of the tip, and c of Rayleigh waves [m/s]
+      real(dp) :: slowed                         ! c in these cells [m/s]
+      slowed = wave*(1 - (pi*speed/(release_length*wave))**2/24)
+      part = 1
+      if (speed < slowed) part = 1 - (1 - speed/slowed)/(1 - speed/wave)
+   end function lost_to_lumping
 
    !> Energy release rate of mode I over its value at a tip at rest under the same loads, g = A_I k**2, with the universal function
    !>   k = (1 - v/c_R)/sqrt(1 - v/c_d)

@@ -73,6 +73,7 @@ module hampm_problem
       type(cache_t) :: cache                     !! derived data
    contains
       procedure :: has_domains
+      procedure :: runs_lumped
    end type problem_t
 
 contains
@@ -82,6 +83,12 @@ contains
       class(problem_t), intent(in) :: self
       has_domains = allocated(self%particles%corner_velocity)
    end function has_domains
+
+   !> Whether cracks that grow run through lumped masses in explicit steps.
+   pure logical function runs_lumped(self)
+      class(problem_t), intent(in) :: self
+      runs_lumped = self%is_explicit .and. (self%mass%by == by_lumped .or. self%interfaces%are_lumped)
+   end function runs_lumped
 
    !> Prepare for the first step with a scheme ('usf', 'usl', 'usavg' or 'musl') and, where it is not to be lumped, a mass
    !> matrix.

@@ -428,14 +428,12 @@ contains
       real(dp), parameter :: longer = 1.5_dp     ! forces swing with the length of nine cells
       integer :: k
       if (model%method%time == 'static') return
-      do k = 1, merge(size(m%fronts), 0, has_measured)
-         call find_scatter(problem, model%method%time == 'explicit', m%fronts(k))
-         m%fronts(k)%toughness = 0
-         if (.not. allocated(growing%points)) cycle
-         associate (width => merge(growing%points%width, 0.0_dp, growing%points%front == k))
-            if (any(width > 0) .and. all(growing%points%toughness > 0 .or. .not. width > 0)) & ! all of it runs
-               m%fronts(k)%toughness = sum(width*growing%points%toughness)/sum(width)
-         end associate
+      do k = 1, size(m%fronts)
+         if (allocated(growing%points)) &
+            call m%fronts(k)%follow_growth(pack(growing%points%width, growing%points%front == k), &
+                                           pack(growing%points%speed, growing%points%front == k), &
+                                           pack(growing%points%toughness, growing%points%front == k), problem%state%time)
+         if (has_measured) call find_scatter(problem, model%method%time == 'explicit', m%fronts(k))
       end do
       if (.not. model%contact%is_wanted()) return
       if (m%layout_of_pace /= problem%blocks%layout) &
@@ -541,7 +539,7 @@ contains
          end do
          do k = 1, m%recorded_fronts
             if (k > 1) history%of_tip = '_front'//to_text(k)
-            call record_front(m%fronts(k), history)
+            call record_front(m%fronts(k), growing%are_there() .and. .not. growing%is_static, history)
             if (growing%are_there() .and. growing%is_static) &
                call record_points(growing, model, next_of_points(growing, model, cracks, m%crack, m%fronts), cracks, &
                                   m%fronts, k, history)

@@ -57,7 +57,8 @@ def test_a_crack_that_runs(hampm, part, levels):
 @pytest.mark.parametrize("frame", ["total", pytest.param("updated", marks=pytest.mark.verify)])
 def test_a_fast_crack_by_default(hampm, part, frame):
     """Where no mass matrix is chosen, G and K of a fast tip are right in the mean, and single samples within their errors: with lumped masses G was 3.6 and 13 %
-    low there, and bars held 68 and 54 %. Bonded points take what G says, to 5 %. The chosen matrix is told."""
+    low there, and bars held 68 and 54 %. Bonded points take what G says, to 5 %. The chosen matrix is told. Means over the last four cells of advance are within
+    their band, which is less wide."""
     cell, speed = 0.2e-3, part * bench.RAYLEIGH
     text = bench.plate(cell, bench.given(speed)).replace("&method mass = 'weighted' /", f"&method frame = '{frame}' /")
     row, _ = run_told(hampm, text)
@@ -70,7 +71,42 @@ def test_a_fast_crack_by_default(hampm, part, frame):
         print(part, frame, name, np.mean(error / right[late]), held)
         assert abs(np.mean(error / right[late])) < 0.02
         assert held >= 0.9
+    means = bench.over_cells(row["tip_x"] / cell, exact["G"])
+    error, band = (row["G_moving_average"] - means)[late] / means[late], row["G_moving_average_error"][late] / means[late]
+    settled = row["tip_x"][late] > 9 * cell
+    print("average", np.mean(error), np.std(error[settled]), np.mean(np.abs(error) <= band), np.median(band[settled]))
+    assert abs(np.mean(error)) < 0.02 and np.all(np.abs(error) <= band)
+    single = ((row["G"] - exact["G"])[late] / exact["G"][late])[settled]
+    assert np.std(error[settled]) < np.std(single) and np.median(band[settled]) < np.median((row["G_error"][late] / exact["G"][late])[settled])
     assert row["fracture_energy"][-1] == pytest.approx(row["integral_of_G"][-1], rel=0.05)
+
+
+@pytest.mark.parametrize(("mass", "contact", "part"), [("lumped", "none", 0.6), ("weighted", "frictionless", 0.6), pytest.param("lumped", "none", 0.74, marks=pytest.mark.verify)])
+def test_errors_of_a_fast_crack_know_of_lumped_masses(hampm, mass, contact, part):
+    """Where tips run through lumped masses, as they do between faces with contact whatever the matrix, G is 4 and 13 % low. Errors held 0.68 and 0.54 of the samples: they
+    have the part of G that waves of half the length of what a tip releases lose, 6 and 17 % at these speeds."""
+    cell, speed = 0.2e-3, part * bench.RAYLEIGH
+    row, _ = run_told(hampm, bench.plate(cell, bench.given(speed), mass).replace("kind = 'path'", f"kind = 'path'  contact = '{contact}'"))
+    late = row["tip_x"] > 5 * cell
+    right = bench.factor_of_speed(speed, "A_I") * (bench.factor_of_speed(speed) * bench.intensity_at_rest(row["time"]))**2 * (1 - bench.POISSON**2) / bench.YOUNG
+    error = (row["G"] - right)[late]
+    assert np.mean(error / right[late]) < -0.03
+    assert np.mean(np.abs(error) <= row["G_error"][late]) >= 0.9
+    means = bench.over_cells(row["tip_x"] / cell, right)
+    assert np.all(np.abs(row["G_moving_average"] - means)[late] <= row["G_moving_average_error"][late])
+
+
+def test_a_moving_average_does_not_depend_on_rows(hampm):
+    """With steps of the same length rows five times as far apart have the same values: samples are taken by the advance of the tip. Before it moves the average is G."""
+    text = bench.plate(0.4e-3, bench.given(0.5 * bench.RAYLEIGH), "lumped")
+    dense, sparse = (run_told(hampm, text.replace("history_interval = 2e-08", f"history_interval = {interval}"))[0] for interval in ("6.4e-08", "32e-08"))
+    for k, time in enumerate(sparse["time"][:-1]):
+        same = int(np.argmin(np.abs(dense["time"] - time)))
+        assert dense["time"][same] == pytest.approx(time, abs=1e-12) and dense["step"][same] == sparse["step"][k]
+        for name in ("G", "G_moving_average", "G_moving_average_error"):
+            assert sparse[name][k] == pytest.approx(dense[name][same], rel=1e-9, abs=1e-12 * np.max(dense["G"])), (time, name)
+    resting = dense["tip_x"] == 0
+    assert np.count_nonzero(resting) > 5 and np.array_equal(dense["G_moving_average"][resting], dense["G"][resting])
 
 
 @pytest.mark.parametrize(("keys", "mass"), [("", "tip_weighted"), ("time = 'implicit'", "lumped"), ("scheme = 'usl'", "lumped"), ("frame = 'updated'", "tip_weighted")])
