@@ -420,14 +420,18 @@ def test_a_faster_crack_may_be_tougher(hampm):
 
 
 @pytest.mark.verify
-def test_a_strip(hampm):
-    """Three heights after the start G is the energy stored ahead."""
+@pytest.mark.parametrize("mass", ["lumped", "auto"])
+def test_a_strip(hampm, mass):
+    """Three heights after the start G is the energy stored ahead. With the default masses it is the nearer to that, and single samples scatter by 2.1 % for 1.7: means over
+    four cells by 0.8 %. Bonded points take 0.98 of it, by lumped masses 0.94."""
     speed = 0.4 * bench.RAYLEIGH
-    row, _ = run_told(hampm, bench.example("strip_growth", end_time=70e-6 + 40e-3 / speed))
+    row, _ = run_told(hampm, bench.example("strip_growth", end_time=70e-6 + 40e-3 / speed) + f"&method mass = '{mass}' /\n")
     there = row["tip_x"] > 30e-3
-    print(np.mean(row["J"][there]) / 26.922, np.std(row["J"][there]) / 26.922)
+    scattering = row["J" if mass == "lumped" else "G_moving_average"][there] / 26.922
+    print(mass, np.mean(row["J"][there]) / 26.922, np.mean(scattering), np.std(scattering))
     assert np.mean(row["J"][there]) == pytest.approx(26.922, rel=0.01)
-    assert np.std(row["J"][there]) < 0.02 * 26.922
+    assert np.std(scattering) < (0.02 if mass == "lumped" else 0.01)
+    assert np.all(np.abs(row["G_moving_average"][there] - 26.922) <= row["G_moving_average_error"][there])
 
 
 def mirrored(text):
