@@ -39,8 +39,8 @@ kernels := $(notdir $(wildcard src/law/*.f90)) $(addsuffix .f90,audit_kernels ba
 seldom_folders := input simulation growth setup report output accuracy
 seldom := $(addsuffix .f90,absorbing_edges archive balance bodies body_contact bonded_forces closed_faces cohesive_zone constraints crack_errors crack_lines \
 	crack_measurements crack_values cracks domains edge_loads edge_parts error_context estimated_errors estimator estimators failure fatigue_rates \
-	front front_closure front_values growth_laws indicators instant interface_placement interface_transfer interruption json kinks load_following \
-	load_sharing material_force moving_front nodal_release patch plane_cuts plane_points quadratic_children \
+	front front_closure front_values growth_laws hat_errors indicators instant interface_placement interface_transfer interruption json \
+	kinks load_following load_sharing material_force moving_front nodal_release patch plane_cuts plane_points quadratic_children \
 	quadratic_points quadratic_tip_offset reference_step static_equilibrium supports symmetric_turns t_stress text \
 	tip_measurements turned_tips version)
 # To compile what is edited, and run it, in a few seconds

@@ -15,6 +15,7 @@ module hampm_front_values
    use hampm_front_closure, only: closure_rates
    use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, cell_at
    use hampm_forest, only: corner_offset
+   use hampm_hat_errors, only: ends_t, lost_in_hats, scatter_along
    use hampm_history, only: history_t
    use hampm_loads, only: factors_at
    use hampm_material, only: are_of_one
@@ -33,10 +34,13 @@ module hampm_front_values
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
 
-   !> Place error of the front in cells: where it runs with the lattice, the same all along, and where it crosses it
-   real(dp), parameter :: astray_along = 0.03_dp, astray_across = 0.07_dp
+   !> Place error of the front in cells: where it runs with the lattice, the same all along, where it crosses it, and where one that
+   !> crosses it turns with the lattice for a while: there it lies behind its slanted parts, and K by interaction is too large by
+   !> 0.16 to 0.26 cells over the radius of curvature, K by G by 0.06 to 0.13 of these (docs/explanation/solids.md)
+   real(dp), parameter :: astray_along = 0.03_dp, astray_across = 0.07_dp, astray_in_turns = 0.2_dp
    real(dp), parameter :: least_part = 0.5_dp    !! of these radii, for growing fronts near sides, rounded: G is known, K less so
    real(dp), parameter :: cells_of_hats = 3      !! to each side, of fronts that do not run with the lattice
+   logical, parameter :: no_odd(2) = .false.
 
    !> Last measured values, by hat function, with their errors.
    type :: measured_t
@@ -45,6 +49,7 @@ module hampm_front_values
       real(dp), allocatable :: closure(:, :), closure_error(:, :) !! G of each mode by closure [J/m2], (modes, nodes)
       real(dp) :: closure_mean_error(front_modes) = 0 !! of the means of these [J/m2]
       real(dp) :: mean_error = 0                 !! of the mean of G [J/m2]
+      real(dp) :: k_mean_error(front_modes) = 0  !! of the means of K [Pa sqrt(m)]
       type(recent_t) :: of_mean                  !! recent means of G, in motion
       type(recent_t), allocatable :: of_hats(:)  !! the same by hat
       type(arrival_t) :: arrival                 !! of waves
@@ -64,6 +69,7 @@ module hampm_front_values
       logical :: has_ended = .false.             !! whether the crack has run through: there is no front any more
       integer, allocatable :: material(:)        !! number of the material at each hat
       logical :: is_free(2) = .false.            !! whether its ends are on sides that nothing holds
+      logical :: is_odd(front_modes, 2) = .false. !! modes that symmetry excludes there
       real(dp), allocatable :: arc(:), at(:, :)  !! of the middles of the hats: way along the front, and place [m]
       real(dp), allocatable :: outward(:, :)     !! there, unit vectors out of the crack, (ndim, hats)
       real(dp), allocatable :: mean_of(:, :)     !! part of each node of the front in each hat, (hats, nodes)
@@ -144,6 +150,7 @@ contains
          end if
          call archive%serialise('has_ended', values(k)%has_ended)
          call archive%serialise('mean_error', values(k)%mean_error)
+         call archive%archive_reals('K_mean_error', front_modes, values(k)%k_mean_error)
          call archive%archive_reals('arc', hats, values(k)%arc)
          call archive%archive_reals('at', ndim*hats, values(k)%at)
          call archive%archive_reals('G', hats, values(k)%g)
@@ -190,7 +197,11 @@ contains
                domain%upper = max(domain%upper, p%reference(i, :) + half)
             end associate
          end do
-         if (.not. front%is_closed) values%is_free = [(is_on_free_side(domain, problem, i), i=1, front%n(), front%n() - 1)]
+         if (.not. front%is_closed) then
+            values%is_free = [(.not. any(held_at(domain, problem, i)), i=1, front%n(), front%n() - 1)]
+            values%is_odd = reshape([(odd_modes(front, i, held_at(domain, problem, i)), i=1, front%n(), front%n() - 1)], &
+                                    [front_modes, 2])
+         end if
          values%room = room_of(fronts, number, domain%lower, domain%upper)
          i = front%n()/2 + 1                     ! the middle one, and the particle next to it
          i = minloc(sum((p%reference(:p%n, :) - spread(front%at(:, i), 1, p%n))**2, dim=2), dim=1)
@@ -218,15 +229,16 @@ contains
       end associate
    end subroutine new_front_values
 
-   !> Whether a node of a front is on a side of the material without constraints, except across the crack.
-   pure logical function is_on_free_side(domain, problem, node) result(is)
+   !> The axes of the plane of a crack along which constraints hold the side of the material at a node of its front.
+   pure function held_at(domain, problem, node) result(held)
       type(front_domain_t), intent(in) :: domain
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: node
+      logical :: held(2)
       real(dp), parameter :: beside = 1e-6_dp    ! cells
       real(dp) :: x(ndim)
       integer :: d, k, e
-      is = .true.
+      held = .false.
       associate (grid => problem%grid, front => domain%front)
          associate (near => beside*grid%finest_cell)
             x = min(max(front%at(:, node), domain%lower + near), domain%upper - near)
@@ -237,13 +249,26 @@ contains
                   if (nodes(k) > grid%n_nodes .or. .not. any(abs(grid%node_position(:, nodes(k)) - x) < 2*near &
                                                      .and. abs(front%at(:, node) - x) > near/2)) cycle
                   do d = 1, size(front%along)
-                     is = is .and. .not. problem%constraints%holds(nodes(k), front%along(d))
+                     held(d) = held(d) .or. problem%constraints%holds(nodes(k), front%along(d))
                   end do
                end do
             end associate
          end associate
       end associate
-   end function is_on_free_side
+   end function held_at
+
+   !> The modes that are odd across the side at an end of a front: III where it holds the motion along the front, a plane of
+   !> symmetry; I and II where it holds that along the normal of the front alone, one of antisymmetry.
+   pure function odd_modes(front, node, held) result(is_odd)
+      type(front_t), intent(in) :: front
+      integer, intent(in) :: node
+      logical, intent(in) :: held(2)             !! along the axes of the plane
+      logical :: is_odd(front_modes)
+      associate (ahead => maxloc(abs(front%outward(front%along, node)), dim=1))
+         is_odd = held(ahead) .and. .not. held(3 - ahead)
+         is_odd(front_modes) = held(3 - ahead)
+      end associate
+   end function odd_modes
 
    !> Place the hats evenly along a front.
    pure subroutine place_hats(front, grows, hats, values)
@@ -419,7 +444,8 @@ contains
          do mode = 1, front_modes
             associate (share => abs(values%closure(mode, :))/max(sum(abs(values%closure), dim=1), tiny(off)), &
                        difference => values%closure(mode, :) - twice(mode, :))
-               values%closure_error(mode, :) = max(abs(difference), share*off) + share*place
+               values%closure_error(mode, :) = max(abs(difference), share*off) &
+                                               + off_along(values, values%closure(mode, :), share*place, no_odd)
                values%closure_mean_error(mode) = max(abs(dot_product(part, difference)), abs(dot_product(part, share*( &
                                                  sum(values%closure, dim=1) - values%g)))) + dot_product(part, share)*of_mean
             end associate
@@ -439,12 +465,37 @@ contains
       type(problem_t), intent(in) :: problem
       type(front_values_t), intent(in) :: values
       real(dp) :: off(size(values%arc))
-      off = abs(values%g)*2*merge(astray_along, astray_across, runs_with_lattice(values%domain%front)) &
-            /max(values%room/cell_at(values%domain%front, problem), 1.0_dp)
+      off = abs(values%g)*2*astray(values)/max(values%room/cell_at(values%domain%front, problem), 1.0_dp)
       associate (g => values%g, n => size(off))
          off([1, n]) = off([1, n]) + merge(abs(g([1, n]) - g([2, n - 1])), 0.0_dp, values%is_free)
       end associate
    end function off_by_place
+
+   !> Place error of the front at its hats, in cells. It turns with the lattice where its hat crosses a row of cells at most.
+   pure function astray(values)
+      type(front_values_t), intent(in) :: values
+      real(dp) :: astray(size(values%arc))
+      astray = astray_along
+      if (runs_with_lattice(values%domain%front)) return
+      associate (outward => abs(values%outward(values%domain%front%along, :)))
+         astray = merge(astray_in_turns, astray_across, minval(outward, dim=1) < 1/(2*cells_of_hats))
+      end associate
+   end function astray
+
+   !> Error of values along a front by its place, at least their scatter where it crosses the lattice, and by what means over hats
+   !> have lost.
+   pure function off_along(values, of_hats, by_place, is_odd) result(off)
+      type(front_values_t), intent(in) :: values
+      real(dp), intent(in) :: of_hats(:)
+      real(dp), intent(in) :: by_place(:)        !! in the unit of these
+      logical, intent(in) :: is_odd(2)           !! whether the mirror images at held ends have the other sign
+      real(dp) :: off(size(of_hats))
+      off = by_place
+      if (runs_with_lattice(values%domain%front)) return
+      associate (ends => ends_t(values%domain%front%is_closed, .not. values%is_free, is_odd))
+         off = max(off, scatter_along(of_hats, ends)) + lost_in_hats(of_hats, ends)
+      end associate
+   end function off_along
 
    !> Error of the mean of G by the place of the front: if it crosses the lattice the place is off in each row of cells
    !> independently, and the mean of n rows by 1/sqrt(n) of that [J/m2].
@@ -480,11 +531,13 @@ contains
       real(dp), allocatable :: g(:, :), k(:, :, :), beside(:, :), of_mode(:, :)
       logical, allocatable :: at_free_end(:, :)
       real(dp) :: of_k(size(values%arc))         ! G of K
+      real(dp) :: part(size(values%arc)), of_hats(front_modes, size(values%arc)) ! K as means
       real(dp) :: sliding(size(values%arc))      ! K_II with the G of K_II and K_III
       integer :: mode
       values%domain%pressure = sum(factors_at(problem%loads, problem%state%time)*problem%loads%pressure, &
                                    mask=problem%loads%line == values%domain%front%crack)/(2*ndim) ! loads in all directions
       call front_integrals(values%domain, problem, state, g, k)
+      part = parts_of(values)
       associate (front => values%domain%front, material => problem%materials(values%domain%material), radii => size(g, 2))
          values%mean_error = spread_of(matmul(front%weight, g)/front%length)
          beside = g
@@ -498,21 +551,27 @@ contains
          if (values%is_free(2)) at_free_end(size(beside, 1), :) = .true.
          g = matmul(values%mean_of, g)
          values%g = sum(g, dim=2)/radii
-         values%g_error = maxval(g, dim=2) - minval(g, dim=2) + off_by_place(problem, values)
+         values%g_error = maxval(g, dim=2) - minval(g, dim=2) &
+                          + off_along(values, values%g, off_by_place(problem, values), no_odd)
          values%mean_error = values%mean_error + mean_off_by_place(problem, values)
          values%of_g(1, :) = sqrt(material%plane_modulus()*max(values%g, 0.0_dp))
          if (.not. values%domain%has_modes) return
          do mode = 1, front_modes
             of_mode = matmul(values%mean_of, k(mode, :, :))
             where (beside > 0 .and. at_free_end) of_mode = of_mode*sqrt(max(g, 0.0_dp)/beside)
+            values%k_mean_error(mode) = spread_of(matmul(part, of_mode))
+            of_hats(mode, :) = sum(of_mode, dim=2)/radii
+            if (values%is_odd(mode, 1)) of_mode(1, :) = 0 ! at the place, G is of the half hat
+            if (values%is_odd(mode, 2)) of_mode(size(part), :) = 0
             associate (place => off_by_place(problem, values))
                values%k(mode, :) = sum(of_mode, dim=2)/radii
                values%k_error(mode, :) = maxval(of_mode, dim=2) - minval(of_mode, dim=2) &
-                                         + abs(values%k(mode, :))*place/max(2*values%g, place, tiny(of_k))
+                                         + off_along(values, values%k(mode, :), abs(values%k(mode, :))*place &
+                                                     /max(2*values%g, place, tiny(of_k)), values%is_odd(mode, :))
             end associate
          end do
-         of_k = (sum(values%k(:2, :)**2, dim=1)*(1 - material%poisson) + values%k(3, :)**2)/(2*material%mu)
-         associate (k_1 => values%k(1, :), k_2 => values%k(2, :), k_3 => values%k(3, :), amount => values%of_g(1, :))
+         of_k = (sum(of_hats(:2, :)**2, dim=1)*(1 - material%poisson) + of_hats(3, :)**2)/(2*material%mu)
+         associate (k_1 => of_hats(1, :), k_2 => of_hats(2, :), k_3 => of_hats(3, :), amount => values%of_g(1, :))
             sliding = sign(sqrt(k_2**2 + k_3**2/(1 - material%poisson)), merge(k_2, k_3, abs(k_2) >= abs(k_3)))
             amount = amount/max(sqrt(k_1**2 + sliding**2), tiny(1.0_dp))
             values%of_g(2, :) = amount*sliding
@@ -522,6 +581,11 @@ contains
          do mode = 1, front_modes
             where (of_k > 0) values%k_error(mode, :) = values%k_error(mode, :) &
                                                        + abs(values%k(mode, :))*abs(values%g - of_k)/(2*of_k)
+            associate (of_mean => abs(dot_product(part, values%g - of_k)) + mean_off_by_place(problem, values), &
+                       mean => abs(dot_product(part, values%g)))
+               values%k_mean_error(mode) = values%k_mean_error(mode) &
+                                           + dot_product(part, abs(values%k(mode, :)))*of_mean/max(2*mean, of_mean, tiny(mean))
+            end associate
          end do
       end associate
 
@@ -637,9 +701,10 @@ contains
       logical, intent(in) :: moves               !! whether fronts of the run grow in motion
       type(history_t), intent(inout) :: history
       character(*), parameter :: closed = 'energy release rate, virtual crack closure'
-      real(dp) :: part_of_modes(front_modes)
+      real(dp) :: part_of_modes(front_modes), of_hats(size(values%arc))
       integer :: d, last
       last = modes_of(values)
+      of_hats = values%of_hats%with_waves(values%g_error + values%off*abs(values%g))
       part_of_modes = matmul(values%closure, parts_of(values))
       part_of_modes = part_of_modes/max(sum(abs(part_of_modes)), tiny(1.0_dp))
       history%is_of_none = values%has_ended
@@ -647,15 +712,18 @@ contains
       call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%of_mean%with_waves(lasting_error(values)))
       if (moves) call values%average%record(history)
       call history%record('G_largest', 'J/m2', 'largest energy release rate along the front', maxval(values%g))
+      call history%record('G_largest_error', 'J/m2', 'estimated error of G_largest', of_hats(maxloc(values%g, dim=1)))
       call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, mean along the front', &
                                 matmul(values%k(:last, :), parts_of(values)))
+      call history%record_modes('K_', 'Pa m^0.5', 'estimated error of that', values%k_mean_error(:last) &
+                                + matmul(abs(values%k(:last, :)), parts_of(values))*values%of_mean%with_waves(0.0_dp) &
+                                /max(2*mean_rate(values), values%of_mean%with_waves(0.0_dp), tiny(1.0_dp)), behind='_error')
       call history%record_along_front('arc', 'm', 'way along the front', values%arc)
       do d = 1, ndim
          call history%record_along_front('xyz'(d:d), 'm', 'place on the front', values%at(d, :))
       end do
       call history%record_along_front('G', 'J/m2', 'energy release rate', values%g)
-      call history%record_along_front('G_error', 'J/m2', 'estimated error of it', &
-                                      values%of_hats%with_waves(values%g_error + values%off*abs(values%g)))
+      call history%record_along_front('G_error', 'J/m2', 'estimated error of it', of_hats)
       do d = 1, last
          associate (name => 'K_'//repeat('I', d))
             call history%record_along_front(name, 'Pa m^0.5', 'stress intensity factor, mode '//repeat('I', d), values%k(d, :))
