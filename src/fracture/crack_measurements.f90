@@ -177,6 +177,7 @@ contains
       logical :: is_new
       integer :: n
       associate (v => values, errors => values%errors, scale => values%errors%with_cells(tip%nodes%spacing))
+         if (allocated(v%j)) call know_swing(merge(v%average%swing(tip%nodes%spacing), 0.0_dp, tip%speed > 0), v)
          do n = 1, size(v%estimates)
             associate (of => v%estimates(n))
                call follow(of%error, merge(of%rate, sum(abs(of%rate)), errors%by_mode .or. of%by%needs_nodes), scale, &
@@ -236,6 +237,21 @@ contains
                                                               errors%j%recent%scatter])
       end associate
    end subroutine follow_values
+
+   !> Let errors of a tip that runs know what its values swing by as it crosses cells: a part of G, half of it of K.
+   pure subroutine know_swing(part, values)
+      real(dp), intent(in) :: part               !! [-]
+      type(crack_values_t), intent(inout) :: values
+      integer :: n
+      associate (v => values, errors => values%errors)
+         errors%j%recent%swing = part*sum(abs(v%j))/size(v%j)
+         errors%domain%recent%swing = part*abs(v%domain)
+         errors%intensity%recent%swing = part/2*norm(v%intensity)
+         do n = 1, size(v%estimates)
+            v%estimates(n)%error%recent%swing = part*abs(v%estimates(n)%rate)
+         end do
+      end associate
+   end subroutine know_swing
 
    !> The largest change of the modes' shares of G by errors of K of any sign [-]: 1 if these are as large as K.
    pure real(dp) function error_of_shares(field, k, error) result(change)

@@ -37,6 +37,7 @@ module hampm_estimated_errors
       integer :: n = 0
       real(dp) :: time(most_recent) = 0, value(most_recent) = 0 !! [s], and in the unit of the value
       real(dp) :: scatter = 0                    !! of them about a line, twice their standard deviation, in that unit
+      real(dp) :: swing = 0                      !! of values of a tip that runs, as it crosses cells, in that unit
       real(dp) :: change = 0                     !! along it, in the time to which fronts of waves are known, in that unit
    contains
       procedure :: with_waves
@@ -258,12 +259,14 @@ contains
    end subroutine add_recent
 
    !> The error of a value in motion: that of the cells, at least what it changes in the time to which they know fronts of waves;
-   !> and the waves that they cannot carry, which are independent of it.
+   !> and the waves that they cannot carry, or what a tip swings by more slowly than these, which are independent of it.
    pure elemental real(dp) function with_waves(self, of_cells) result(error)
       class(recent_t), intent(in) :: self
       real(dp), intent(in) :: of_cells           !! in the unit of the value
-      error = of_cells
-      if (max(self%change, self%scatter) > 0) error = hypot(max(of_cells, self%change), self%scatter)
+      associate (waves => max(self%scatter, self%swing))
+         error = of_cells
+         if (max(self%change, waves) > 0) error = hypot(max(of_cells, self%change), waves)
+      end associate
    end function with_waves
 
    !> Follow a value: its error is a part of it, or of the largest so far, and at least `least`; in motion with waves.

@@ -353,6 +353,10 @@ contains
       call add_recent(values%of_hats, problem%state%time, values%g, pace)
       call values%average%follow(values%way, cell_at(values%domain%front, problem), &
                                  [mean_rate(values), lasting_error(values), values%of_mean%scatter])
+      associate (part => merge(values%average%swing(cell_at(values%domain%front, problem)), 0.0_dp, values%speed > 0))
+         values%of_mean%swing = part*abs(mean_rate(values))
+         values%of_hats%swing = part*abs(values%g)
+      end associate
    end subroutine find_scatter
 
    !> After a step, look whether a wave has arrived at a front.

@@ -4,6 +4,7 @@ module hampm_moving_average
    use hampm_archive, only: archive_t
    use hampm_history, only: history_t
    use hampm_kinds, only: dp
+   use hampm_tolerance, only: bounded_ratio
    implicit none
    private
    public :: moving_average_t, archive_average
@@ -12,6 +13,7 @@ module hampm_moving_average
    integer, parameter :: parts = 4               !! samples in a cell: its swing, and the next two harmonics of it, cancel
    integer, parameter :: most = cells*parts + 2  !! samples that are kept
    integer, parameter :: values = 3              !! of a sample
+   integer, parameter :: least = 6               !! samples that tell what single values swing by
    real(dp), parameter :: rounding = 1e-6_dp     !! of an advance, in parts of a cell
 
    !> Samples, of which each is the first one in a part of a cell; times, and rows of the history, do not matter.
@@ -25,6 +27,7 @@ module hampm_moving_average
    contains
       procedure :: is_next
       procedure :: follow
+      procedure :: swing
       procedure :: record
    end type moving_average_t
 
@@ -98,6 +101,24 @@ contains
          there = y
       end do
    end function mean_from
+
+   !> What single values swing by about a line over the last cells of advance: twice their standard deviation, 0 of too few, over
+   !> the mean [-].
+   pure real(dp) function swing(self, cell)
+      class(moving_average_t), intent(in) :: self
+      real(dp), intent(in) :: cell               !! [m]
+      real(dp) :: x(most), y(most)
+      integer :: n
+      swing = 0
+      n = count(self%way(:self%n) > self%reached - cells*cell)
+      if (n < least) return
+      x(:n) = self%way(self%n - n + 1:self%n)
+      y(:n) = self%sample(1, self%n - n + 1:self%n)
+      x(:n) = x(:n) - sum(x(:n))/n
+      y(:n) = y(:n) - sum(y(:n))/n
+      swing = 2*sqrt(sum((y(:n) - dot_product(x(:n), y(:n))/dot_product(x(:n), x(:n))*x(:n))**2)/(n - 2))
+      swing = bounded_ratio(swing, self%mean, 1.0_dp)
+   end function swing
 
    !> Record the mean and its error.
    subroutine record(self, history)

@@ -360,10 +360,11 @@ STRIP = """&run plane = 'stress'  end_time = {end} /
 """
 
 
-@pytest.mark.parametrize(("part", "way"), [(0.2, 14e-3), *(pytest.param(*case, marks=pytest.mark.verify) for case in [(0.02, 6e-3), (0.6, 25e-3)])])
+@pytest.mark.parametrize(("part", "way"), [(0.2, 14e-3), *(pytest.param(*case, marks=pytest.mark.verify) for case in [(0.02, 6e-3), (0.1, 14e-3), (0.6, 25e-3)])])
 def test_a_tip_takes_the_speed_of_its_toughness(hampm, part, way):
     """A strip with fixed edges has G = M u_0**2/h at any speed (Nilsson 1974), 30.769 J/m2: by toughness/(1 - v/limit) of half of that at rest the tip runs at half
-    of the limit. Tips that followed their bonds stopped in it, with up to 8 times their toughness."""
+    of the limit. Tips that followed their bonds stopped in it, with up to 8 times their toughness. Errors know of a swing of G that is slower than the waves that cells
+    cannot carry: at a tenth of the speed of Rayleigh waves they held half of the values."""
     speed = part * 2886
     end = way / speed
     row, said = run_told(hampm, STRIP.format(end=end, limit=2 * speed, interval=end / 100))
@@ -375,6 +376,9 @@ def test_a_tip_takes_the_speed_of_its_toughness(hampm, part, way):
     assert np.mean(ratio) == pytest.approx(1, abs=0.01) and np.std(ratio) < 0.03
     assert residual(row) < 1e-11
     assert "too coarse" not in said
+    off, told = np.abs(row["G"] - 30.769)[late], row["G_error"][late]
+    print("G held", np.mean(off <= told), np.median(told) / np.median(off))
+    assert np.mean(off <= told) >= 0.9 and np.median(told) < 5 * np.median(off)
 
 
 @pytest.mark.verify
