@@ -204,15 +204,16 @@ contains
       end if
    end subroutine resolve
 
-   !> Whether tips of the plane grow in explicit steps, in which lumped masses at their faces radiate waves of the cells. Points of
-   !> faces with contact or cohesion, and those of `usl`, move lumped masses with any matrix; in solids each point that is bonded
-   !> ahead of a front would have a solution of its own.
+   !> Whether tips, or fronts of slabs, grow in explicit steps, in which lumped masses at their faces radiate waves of the cells.
+   !> Points of faces with contact or cohesion, and those of `usl`, move lumped masses with any matrix. Each point that is bonded
+   !> ahead of a wide front would have a solution of its own, and a full row of the matrix of all.
    pure logical function waves_of_cells_leave_tips(settings) result(they_do)
       type(settings_t), intent(in) :: settings
       integer :: k, method
       method = settings%find('method', 1)
       they_do = .false.
-      if (ndim > 2 .or. settings%text(method, 'time') /= 'explicit' .or. settings%text(method, 'scheme') == 'usl') return
+      if (settings%text(method, 'time') /= 'explicit' .or. settings%text(method, 'scheme') == 'usl') return
+      if (ndim > 2 .and. .not. is_slab(settings)) return
       if (settings%number(method, 'courant') > 0) return ! of the steps of lumped masses, which are longer
       if (settings%count_of('cohesive') > 0) return
       if (settings%text(method, 'frame') == 'updated') then ! what flies through the cells loses more with solved masses
@@ -224,6 +225,21 @@ contains
          they_do = they_do .and. settings%text(settings%find('crack', k), 'contact') == 'none'
       end do
    end function waves_of_cells_leave_tips
+
+   !> Whether the grid is a slab of few cells, the finest ones counted.
+   pure logical function is_slab(settings)
+      type(settings_t), intent(in) :: settings
+      integer, parameter :: most_across = 4
+      integer :: grid, refine, levels
+      grid = settings%find('grid', 1)
+      refine = settings%find('refine', 1)
+      levels = 0
+      if (settings%count_of('refine') > 0) then
+         if (settings%text(refine, 'indicator') /= 'none') levels = nint(settings%number(refine, 'max_level'))
+      end if
+      is_slab = settings%good(grid, 'cells')
+      if (is_slab) is_slab = nint(minval(settings%numbers(grid, 'cells'))) <= most_across/2**min(levels, most_across)
+   end function is_slab
 
    !> Whether nodal equations with a mass matrix are solved by its factors.
    pure logical function has_factors(mass)
