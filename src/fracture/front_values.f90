@@ -341,14 +341,9 @@ contains
       logical, intent(in) :: in_sets             !! as in `pace_t`
       type(front_values_t), intent(inout) :: values
       type(pace_t) :: pace
-      real(dp) :: wave, unused
       if (values%has_ended) return
       pace = pace_of(problem, in_sets, values)
-      wave = rayleigh_speed(problem%materials(values%domain%material))
-      call follow_speed(values%seen, values%speed, wave, problem%state%time, pace, &
-                        is_sample(values%of_mean, problem%state%time, pace), values%off, unused)
-      if (problem%runs_lumped()) values%off = values%off + lost_to_lumping(values%speed, wave)
-      if (values%toughness > 0) values%off = 0
+      if (problem%grid%planes(values%domain%front%crack)%moves) call find_loss(problem, pace, values)
       call add_recent(values%of_mean, problem%state%time, mean_rate(values), pace)
       call add_recent(values%of_hats, problem%state%time, values%g, pace)
       call values%average%follow(values%way, cell_at(values%domain%front, problem), &
@@ -358,6 +353,19 @@ contains
          values%of_hats%swing = part*abs(values%g)
       end associate
    end subroutine find_scatter
+
+   !> Find the part of G by which it is off as the front runs at a given speed; by its law G is the toughness.
+   pure subroutine find_loss(problem, pace, values)
+      type(problem_t), intent(in) :: problem
+      type(pace_t), intent(in) :: pace
+      type(front_values_t), intent(inout) :: values
+      real(dp) :: wave, unused
+      wave = rayleigh_speed(problem%materials(values%domain%material))
+      call follow_speed(values%seen, values%speed, wave, problem%state%time, pace, &
+                        is_sample(values%of_mean, problem%state%time, pace), values%off, unused)
+      if (problem%runs_lumped()) values%off = values%off + lost_to_lumping(values%speed, wave)
+      if (values%toughness > 0) values%off = 0
+   end subroutine find_loss
 
    !> After a step, look whether a wave has arrived at a front.
    pure subroutine look_at_front(problem, in_sets, values)
