@@ -22,8 +22,8 @@ module hampm_lattices
    real(dp), parameter :: least_part = 0.2_dp    !! of these cells that those of a unit with wishes may have
    real(dp), parameter :: most_aligned = 3e4_dp  !! cells that a unit may lead to
 
-   !> What marks nodes, in this order: up to pins they have to be nodes, then they are better nodes
-   integer, parameter :: of_bodies = 1, of_narrow_supports = 2, of_cracks_at_nodes = 3, of_pins = 4, of_supports = 5, &
+   !> What marks nodes, in this order: up to supports of one node they have to be nodes, then they are better nodes
+   integer, parameter :: of_bodies = 1, of_narrow_supports = 2, of_cracks_at_nodes = 3, of_node_supports = 4, of_supports = 5, &
                          of_cracks = 6, of_loads = 7
 
    !> The lattices of a model.
@@ -157,7 +157,7 @@ contains
       box%unit = 0
       farthest = 0
       do kind = of_bodies, of_loads
-         is_needed = kind <= of_pins
+         is_needed = kind <= of_node_supports
          do d = 1, ndim
             select case (kind)
              case (of_bodies)
@@ -177,13 +177,13 @@ contains
                   if (model%planes(k)%axis == d .or. .not. is_needed) call mark(model%planes(k)%center(d), d)
                end do
                do k = 1, size(model%paths)
-                  associate (points => model%paths(k)%points)
-                     if (size(points, 2) == 0) cycle
+                  associate (points => model%paths(k)%points, last => size(model%paths(k)%points, 2))
+                     if (last == 0) cycle
                      if (model%paths(k)%is_symmetry .or. any(model%energy_release%chosen%needs_nodes) .or. .not. is_needed) &
-                        call mark_ends(points(:, 1), points(:, size(points, 2)), d)
+                        call mark_ends(points(:, 1), points(:, last), d)
                   end associate
                end do
-             case (of_pins)                      ! nodes may be in the middle of the sides of quadratic cells
+             case (of_node_supports)             ! nodes may be in the middle of the sides of quadratic cells
                do k = 1, size(model%constraints)
                   if (is_point(model%constraints(k))) call mark(middle_of(model%constraints(k), d), d, merge(2, 1, ndim == 2))
                end do
@@ -193,7 +193,7 @@ contains
                end do
             end select
          end do
-         if (kind /= of_pins .or. .not. box%unit > 0) cycle
+         if (kind /= of_node_supports .or. .not. box%unit > 0) cycle
          if (product((box%upper - box%lower)/box%unit) > most_aligned) then
             box%unit = 0
             farthest = 0

@@ -102,12 +102,12 @@ contains
    !> Relative errors of columns that are `value` in the static solution of the same cells: what they differ from its energy by is
    !> an error beside what that lacks, whatever its sign. And not less than against the best estimate, up to a part of its
    !> correction. A mode that is nearly absent, in the energy or as a value, has the relative error of the other.
-   pure function relative_errors(told, value, least) result(relative)
-      type(static_columns_t), intent(in) :: told
+   pure function relative_errors(columns, value, least) result(relative)
+      type(static_columns_t), intent(in) :: columns
       real(dp), intent(in) :: value(:)           !! by mode, in the unit of the column; only their sizes count
       real(dp), intent(in) :: least              !! least ratio of a present mode to the other [-]
       real(dp) :: relative(size(value))          !! [-]
-      relative = max(errors_against(told%own, told%deficit), errors_against(told%best, uncertainty*told%correction))
+      relative = max(errors_against(columns%own, columns%deficit), errors_against(columns%best, uncertainty*columns%correction))
 
    contains
 
@@ -124,10 +124,11 @@ contains
    end function relative_errors
 
    !> The same of the sum of both modes.
-   pure type(static_columns_t) function in_all(told)
-      type(static_columns_t), intent(in) :: told
-      associate (own => sum(told%own), best => sum(told%best))
-         in_all = static_columns_t([own], [sum(told%deficit*told%own)/own], [best], [sum(told%correction*told%best)/best])
+   pure type(static_columns_t) function in_all(columns)
+      type(static_columns_t), intent(in) :: columns
+      associate (own => sum(columns%own), best => sum(columns%best))
+         in_all = static_columns_t([own], [sum(columns%deficit*columns%own)/own], &
+                                   [best], [sum(columns%correction*columns%best)/best])
       end associate
    end function in_all
 
