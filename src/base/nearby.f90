@@ -13,7 +13,6 @@ module hampm_nearby
    !> Places and their buckets.
    type :: nearby_t
       logical :: is_built = .false.
-      integer :: visits = 0                      !! places compared so far
       real(dp), private :: edge = 0              !! half of that of the finest buckets [m]
       integer, private :: top = 0                !! the coarsest lattice
       real(dp), allocatable, private :: x(:, :), reach(:) !! [m]
@@ -55,11 +54,12 @@ contains
    end subroutine sort
 
    !> Find the places that are nearer to x along each axis than a reach, or than their own, in the order of their numbers.
-   pure subroutine find(self, x, reach, found)
-      class(nearby_t), intent(inout) :: self
+   pure subroutine find(self, x, reach, found, visits)
+      class(nearby_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(in) :: reach              !! [m]
       integer, allocatable, intent(out) :: found(:)
+      integer, intent(inout), optional :: visits !! places compared so far
       integer(long), dimension(ndim) :: from, to, at
       integer, allocatable :: more(:)
       integer :: least, level, k, d, list, n, i
@@ -75,7 +75,7 @@ contains
             k = self%lists%number_of(key_of(level, list < least, at))
             if (k > 0) k = self%first(k)
             do while (k > 0)
-               self%visits = self%visits + 1
+               if (present(visits)) visits = visits + 1
                associate (place => self%place(k))
                   if (all(abs(self%x(:, place) - x) <= max(reach, self%reach(place)))) then
                      do i = n, 1, -1             ! the last one before it

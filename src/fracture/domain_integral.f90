@@ -5,7 +5,7 @@ module hampm_domain_integral
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_closed_faces, only: closed_faces_t
    use hampm_energy_momentum, only: ways, sample_t, take_sample, energy_momentum, interaction
-   use hampm_interface_points, only: interfaces_t, holds, is_half, is_softening
+   use hampm_interface_points, only: interfaces_t, find_points_at_tip, holds, is_half, is_softening
    use hampm_face_slopes, only: find_face_force
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
@@ -260,11 +260,14 @@ contains
       real(dp), parameter :: around = 8          ! cells, within which the nodes of a point are
       type(nearby_t) :: near
       logical :: is_there, is_closed, softens
-      integer :: n, i, mode
+      integer, allocatable :: beside(:)
+      integer :: n, k, i, mode
       far = maxval(domain%radius)
       direction = domain%axes(:, 1)
       if (.not. total_frame) direction = direction + matmul(domain%turn, direction)
-      do n = 1, interfaces%n
+      call find_points_at_tip(interfaces, domain%tip, far, around, beside)
+      do k = 1, size(beside)
+         n = beside(k)
          softens = interfaces%list(n)%tip == domain%number
          if (softens) softens = is_softening(interfaces%list(n))
          if (.not. softens .and. any(abs(interfaces%list(n)%middle - domain%tip) > far + around*interfaces%list(n)%cell)) cycle

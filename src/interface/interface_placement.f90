@@ -9,7 +9,7 @@ module hampm_interface_placement
    use hampm_cut_cells, only: end_leaf_t
    use hampm_face_jumps, only: faces, faces_at, place_of_faces_t, place_between, place_point
    use hampm_interface_points, only: interfaces_t, releasing, bonded, contact, cohesive, along_faces, add_interface_point, &
-                                     find_points
+                                     find_points, sort_for_tips
    use hampm_interface_transfer, only: transfer_points, start_bonded_point
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: stabilise_small_cut_cells, hold_lone_particles
@@ -94,7 +94,20 @@ contains
          if (interfaces%list(k)%plane > 0) cycle
          interfaces%list(k)%effective_opening = interfaces%list(k)%opening
       end do
+      call sort_for_tips(interfaces, resting_tips(m))
    end subroutine rebuild_interfaces
+
+   !> How many tips there are; 0 if some have paths ahead, along which they release points.
+   pure integer function resting_tips(m)
+      class(matter_t), intent(in) :: m
+      integer :: k
+      resting_tips = 0
+      if (.not. m%grid%cut_cells%are_there()) return
+      associate (lines => m%grid%cut_cells%lines)
+         if (.not. any([(maxval([lines(k)%bonded, lines(k)%grown]) > 0, k=1, size(lines))])) &
+            resting_tips = size(m%grid%cut_cells%ends)
+      end associate
+   end function resting_tips
 
    !> Add the bonded points of all tips and the contact of all faces.
    pure subroutine add_interfaces_of_cracks(interfaces, m, old, near)

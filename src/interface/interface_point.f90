@@ -18,7 +18,7 @@ module hampm_interface_point
    private
    public :: interfaces_t, interface_point_t, face_state_t, bonded, releasing, contact, ghost, cohesive, support, is_half, &
              along, along_faces, length_along, in_direction_of, direction_of, components_of, vector_of, turned, interpolated, &
-             add_interface_point, find_points, archive_interfaces
+             add_interface_point, find_points, find_points_at_tip, sort_for_tips, archive_interfaces
 
    integer, parameter :: bonded = 1, contact = 2, ghost = 3, cohesive = 4, support = 5, releasing = 6 !! law of an interface point
 
@@ -94,6 +94,8 @@ module hampm_interface_point
       real(dp) :: loss = 0                       !! energy taken by friction and by cohesion [J]
       real(dp) :: of_cohesion = 0                !! of which is taken by cohesion [J]
       type(interface_point_t), allocatable :: list(:)     !! (n at least)
+      type(nearby_t) :: at_tips                  !! table of their middles, where many tips look for those of their discs
+      real(dp) :: largest_cell = 0               !! of these [m]
    end type interfaces_t
 
 contains
@@ -236,6 +238,38 @@ contains
       end if
       call near%find(origin, reach, found)
    end subroutine find_points
+
+   !> Make the table by which many tips find the points of their discs.
+   pure subroutine sort_for_tips(interfaces, tips)
+      type(interfaces_t), intent(inout) :: interfaces
+      integer, intent(in) :: tips                !! how many there are that release no points, whose zones may be long
+      integer, parameter :: many = 8
+      real(dp) :: places(ndim, interfaces%n)
+      integer :: k
+      interfaces%at_tips = nearby_t()
+      if (tips <= many .or. interfaces%n == 0) return
+      associate (of => interfaces%list(:interfaces%n))
+         do k = 1, interfaces%n
+            places(:, k) = of(k)%middle
+         end do
+         interfaces%largest_cell = maxval(of%cell)
+         call interfaces%at_tips%sort(places, max(of%cell, of%length))
+      end associate
+   end subroutine sort_for_tips
+
+   !> The points whose middles may be nearer to a tip along each axis than a distance and some of their own cells, ascending.
+   pure subroutine find_points_at_tip(interfaces, tip, distance, cells, found)
+      type(interfaces_t), intent(in) :: interfaces
+      real(dp), intent(in) :: tip(ndim)          !! [m]
+      real(dp), intent(in) :: distance, cells    !! [m], [-]
+      integer, allocatable, intent(out) :: found(:)
+      integer :: k
+      if (interfaces%at_tips%is_built) then
+         call interfaces%at_tips%find(tip, distance + cells*interfaces%largest_cell, found)
+      else
+         found = [(k, k=1, interfaces%n)]
+      end if
+   end subroutine find_points_at_tip
 
    !> Archive interface points: in the updated frame their places at the last cut of cells, and their state.
    subroutine archive_interfaces(interfaces, archive)

@@ -14,14 +14,14 @@ module hampm_interface_points
    use hampm_interface_point, only: interfaces_t, interface_point_t, face_state_t, bonded, releasing, contact, ghost, cohesive, &
                                     support, is_half, along, along_faces, length_along, in_direction_of, direction_of, &
                                     components_of, vector_of, turned, interpolated, add_interface_point, find_points, &
-                                    archive_interfaces
+                                    find_points_at_tip, sort_for_tips, archive_interfaces
    use hampm_jumps, only: jump_t, jump_of, give_nodes
    use hampm_tensors, only: in_plane
    implicit none
    private
    public :: interfaces_t, interface_point_t, face_state_t, bonded, releasing, contact, ghost, cohesive, support, is_half, along, &
              along_faces, length_along, direction_of, components_of, vector_of, turned, interpolated, add_interface_point, &
-             find_points, archive_interfaces
+             find_points, find_points_at_tip, sort_for_tips, archive_interfaces
    public :: holds, pulls, are_apart, is_free, is_pressed, is_softening, has_force, overlap_of, sliding_of, slid_in_all, &
              have_friction, hold_friction, is_sliding, cohesion_at, force_of, force_at, face_force, add_interface_forces, &
              forces_of_penalty_contact, add_interface_resistance, interface_states, interface_stiffness, stiffness_in_directions, &

@@ -337,3 +337,28 @@ def test_the_length_of_a_crack_is_that_in_the_material(hampm, start, told):
     row = run(hampm, text)
     assert row["crack_length"][0] == pytest.approx(12e-3, rel=1e-6) and row["crack_length"][-1] == pytest.approx(14e-3, rel=1e-6)
     assert ("m out of all bodies, and no tip" in row.said) == told
+
+
+@pytest.mark.parametrize("contact", ["", "contact = 'friction'  friction = 0.3"])
+def test_cracks_of_another_body_change_nothing(hampm, contact):
+    """Of more than eight tips each looks for the points of faces in its own discs by a table: K and J of four cracks are those without a fifth one, behind a side that is held."""
+    def block(x, y, size):
+        return f"""&body material = 'a'  lower = {x}, {y}  upper = {x + size}, {y + size} /
+&constraint lower = {x}, {y}  upper = {x + size}, {y}  fix = 'xy' /
+&load kind = 'traction'  lower = {x}, {y + size}  upper = {x + size}, {y + size}  force = {4e3 * size}, {-1e4 * size} /
+"""
+
+    def crack(x, y):
+        return f"&crack kind = 'path'  points = {x}, {y}, {x + 4}, {y + 1.3}  {contact} /\n"
+    start = """&run plane = 'strain'  end_time = 1.0 /
+&grid lower = -1.0, -1.0  cell = 1.0  cells = 50, 32 /
+&material name = 'a'  young = 1e9  poisson = 0.3  density = 1000.0 /
+&method time = 'static' /
+&constraint lower = 30.0, 0.0  upper = 30.0, 30.0  fix = 'xy' /
+&energy_release estimators = 'domain_integral' /
+""" + block(0, 0, 30) + "".join(crack(x + 0.3, y + 0.4) for x in (6, 18) for y in (8, 20))
+    few, many = run(hampm, start), run(hampm, start + block(30, 0, 12) + crack(33.7, 5.2))
+    names = [name for name in few if name.startswith(("K_I", "K_II", "J")) and "error" not in name]
+    assert len(names) >= 24 and "K_I_tip10" in many
+    for name in names:
+        assert many[name][-1] == pytest.approx(few[name][-1], rel=1e-6, abs=1e-6 * max(abs(few[other][-1]) for other in names if other[0] == name[0])), name

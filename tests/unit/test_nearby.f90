@@ -56,14 +56,15 @@ contains
       integer, intent(in) :: n
       integer, allocatable :: found(:)
       type(nearby_t) :: near
-      integer :: i, wrong
+      integer :: i, wrong, visits
       call near%sort(reshape([([real(i, dp), 0.3_dp*i], i=1, n)], [ndim, n]), [(1.5_dp, i=1, n)])
       wrong = 0
+      visits = 0
       do i = 1, n
-         call near%find([real(i, dp), 0.3_dp*i], 0.0_dp, found)
+         call near%find([real(i, dp), 0.3_dp*i], 0.0_dp, found, visits)
          if (size(found) /= count([i > 1, .true., i < n])) wrong = wrong + 1
       end do
       call check(wrong == 0, 'all of '//to_text(n)//' places of a line find their neighbours')
-      call check(near%visits <= 20*n, 'with '//to_text(near%visits)//' comparisons for '//to_text(n)//' places')
+      call check(visits <= 20*n, 'with '//to_text(visits)//' comparisons for '//to_text(n)//' places')
    end subroutine places_on_a_line
 end program test_nearby
