@@ -91,7 +91,7 @@ parallel = --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,-j$(JOBS))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz tests/tools bench
 
 # Targets that compile nothing themselves
-TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab check test costs mutants verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff benchmarks release-check
+TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab check test costs mutants verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff benchmarks release-check dist
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -127,6 +127,10 @@ uninstall:  ## remove what has been installed: make uninstall [PREFIX=/usr/local
 
 wheel:  ## build a wheel of the Python package with both programs and their libraries in it, build/wheel; try=1: and try it in a bare Debian
 	@tools/wheel.sh $(if $(try),--try)
+
+dist:  ## make an archive of the sources of the last commit, which knows its commit: build/hampm-VERSION.tar.gz
+	@mkdir -p build
+	git archive --prefix=hampm-$(shell sed -n 1p VERSION)/ --output=build/hampm-$(shell sed -n 1p VERSION).tar.gz HEAD
 
 figures: setup  ## draw the pictures of the docs in results/, listed in tools/figures.txt; with DOCS=1 replace those in docs/
 	@$(MAKE) $(parallel) program tools

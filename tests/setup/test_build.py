@@ -185,3 +185,14 @@ def test_without_an_archive_the_release_loads_the_library(tree):
     lines = tree("program", "build=release", "release_kernels=", "ARCHIVES=-lnowhere")
     assert lines[-1] == "build/release/hampm"
     assert subprocess.run([tree.folder / "build/release/hampm"], capture_output=True, text=True, check=True).stdout.split() == ["1"]
+
+
+@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="no checkout")
+def test_an_archive_of_the_sources_knows_its_commit(tmp_path):
+    subprocess.run(["git", "clone", "-q", "--shared", ROOT, tmp_path / "source"], check=True)
+    subprocess.run(["make", "-s", "dist"], cwd=tmp_path / "source", check=True)
+    number = (ROOT / "VERSION").read_text().splitlines()[0]
+    subprocess.run(["tar", "-xf", f"source/build/hampm-{number}.tar.gz"], cwd=tmp_path, check=True)
+    there = tmp_path / f"hampm-{number}"
+    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert (there / "src/main.f90").exists() and commit.startswith((there / "VERSION").read_text().splitlines()[1][:7])
