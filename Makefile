@@ -96,7 +96,7 @@ TASKS := help setup lock bare clean run install uninstall wheel figures sweep sl
 .DELETE_ON_ERROR:
 
 help:  ## list the targets
-	@awk -F ':.*## ' '/^[a-z_]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z_-]+:.*## / {printf "make %-13s %s\n", $$1, $$2}' Makefile
 	@echo 'make -C bench    list what there is to measure'
 
 run:  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_ref; with dim=3 build the program for solids, run and draw a beam
