@@ -34,10 +34,10 @@ module hampm_front_values
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
 
-   !> Place error of the front in cells: where it runs with the lattice, the same all along, where it crosses it, and where one that
-   !> crosses it turns with the lattice for a while: there it lies behind its slanted parts, and K by interaction is too large by
-   !> 0.16 to 0.26 cells over the radius of curvature, K by G by 0.06 to 0.13 of these (docs/explanation/solids.md)
-   real(dp), parameter :: astray_along = 0.03_dp, astray_across = 0.07_dp, astray_in_turns = 0.2_dp
+   !> Place error of the front in cells: where it runs with the lattice, the same all along, and where it crosses it. Where one that
+   !> crosses it turns with the lattice it lies behind its slanted parts: K by interaction is too large by 0.16 to 0.26 cells over
+   !> the radius of curvature, K by G by 0.06 to 0.13 of these. Both know what they differ by, and this part
+   real(dp), parameter :: astray_along = 0.03_dp, astray_across = 0.07_dp, astray_in_turns = 0.13_dp
    real(dp), parameter :: least_part = 0.5_dp    !! of these radii, for growing fronts near sides, rounded: G is known, K less so
    real(dp), parameter :: cells_of_hats = 3      !! to each side, of fronts that do not run with the lattice
    logical, parameter :: no_odd(2) = .false.
@@ -477,22 +477,30 @@ contains
       type(problem_t), intent(in) :: problem
       type(front_values_t), intent(in) :: values
       real(dp) :: off(size(values%arc))
-      off = abs(values%g)*2*astray(values)/max(values%room/cell_at(values%domain%front, problem), 1.0_dp)
+      associate (cell => cell_at(values%domain%front, problem), &
+                 astray => merge(astray_along, astray_across, runs_with_lattice(values%domain%front)))
+         off = abs(values%g)*2*(astray/max(values%room/cell, 1.0_dp) + astray_in_turns*min(cell*turns(values), 1.0_dp))
+      end associate
       associate (g => values%g, n => size(off))
          off([1, n]) = off([1, n]) + merge(abs(g([1, n]) - g([2, n - 1])), 0.0_dp, values%is_free)
       end associate
    end function off_by_place
 
-   !> Place error of the front at its hats, in cells. It turns with the lattice where its hat crosses a row of cells at most.
-   pure function astray(values)
+   !> Curvature at the hats of a front where it turns with the lattice that it crosses: they cross one row of cells at most [1/m].
+   pure function turns(values)
       type(front_values_t), intent(in) :: values
-      real(dp) :: astray(size(values%arc))
-      astray = astray_along
-      if (runs_with_lattice(values%domain%front)) return
-      associate (outward => abs(values%outward(values%domain%front%along, :)))
-         astray = merge(astray_in_turns, astray_across, minval(outward, dim=1) < 1/(2*cells_of_hats))
+      real(dp) :: turns(size(values%arc))
+      integer :: i, k
+      turns = 0
+      associate (front => values%domain%front)
+         if (runs_with_lattice(front)) return
+         do i = 1, size(turns)
+            if (minval(abs(values%outward(front%along, i))) >= 1/(2*cells_of_hats)) cycle
+            k = min(minloc(abs(front%arc - values%arc(i)), dim=1), front%n() - 1)
+            turns(i) = norm(front%outward(:, k + 1) - front%outward(:, k))/norm(front%at(:, k + 1) - front%at(:, k))
+         end do
       end associate
-   end function astray
+   end function turns
 
    !> Error of values along a front by its place, at least their scatter where it crosses the lattice, and by what means over hats
    !> have lost.
