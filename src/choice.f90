@@ -32,6 +32,7 @@ module hampm_choice
    real(dp), parameter :: least_factor = 1.05_dp !! by which a run that falls short makes the prediction larger
    real(dp), parameter :: least_predicted = 1e-9_dp !! of predicted errors and differences that are compared [-]
    real(dp), parameter :: least_gained = 0.25_dp  !! of a predicted error: meshes that are nearly alike differ by other errors
+   real(dp), parameter :: usual_error = 0.015_dp  !! estimated error of K on the coarsest lattice of the plane without levels
    integer, parameter :: most_doublings = 3      !! of the coarsest lattice, where rules ask for finer cells
    real(dp), parameter :: stalled = 0.8_dp       !! part of the last error from which on finer meshes are no use
    integer, parameter :: most_tries = 6          !! of runs that fall short
@@ -118,7 +119,8 @@ contains
       if (choice%is_judged) choice%predicted = choice%reached
       associate (trials => choice%trials(choice%family))
          if (checks .and. choice%is_judged .and. choice%tries == 1 .and. .not. choice%limits%has_levels) then ! for other errors
-            deeper = mesh_t(trials%first%lattice, trials%deeper_levels(trials%error_of(trials%first)))
+            deeper = mesh_t(trials%first%lattice, trials%levels_for(trials%error_of(trials%first), &
+                                                                    trials%first%levels + trials%family%level_step))
             call try(choice, trials%family, deeper, threads, .false., pilot, refused)
             if (.not. refused%failed()) call trials%fit(choice%first, choice%first, pilot, trials%first, deeper)
          end if
@@ -144,7 +146,6 @@ contains
       do k = 1, size(families)
          choice%trials(k)%family = families(k)
          associate (trials => choice%trials(k), family => families(k), model => choice%asked, written => choice%written)
-            trials%first = mesh_t(choice%lattices%first, merge(0, family%first_level, choice%limits%has_levels))
             if (family%time /= model%method%time .and. &
                 (model%method%time == 'static' .or. family%time == 'static' .or. &
                  written%given(written%find('method', 1), 'time'))) cycle
@@ -153,11 +154,19 @@ contains
                 any(choice%trials(:k)%is_allowed)) cycle
             trials%compares = family%time /= 'static' .or. .not. choice%lattices%fits .or. &
                               any([(any(model%planes(i)%front == ['straight', 'polygon ']), i=1, size(model%planes))])
+            trials%first = mesh_t(choice%lattices%first, merge(0, family%first_level, choice%limits%has_levels))
+            if (ndim == 2 .and. .not. (trials%compares .or. choice%limits%has_levels)) &
+               trials%first%levels = trials%levels_for(usual_error/minval(model%accuracy%error), trials%first%levels)
             trials%rows = rows_of(model)
-            if (family%order == 1 .and. any(choice%trials(:k)%is_allowed .and. choice%trials(:k)%family%time == family%time)) cycle
+            associate (before => choice%trials(:k)%is_allowed .and. choice%trials(:k)%family%time == family%time)
+               if (family%is_second .and. any(before .and. choice%trials(:k)%family%order >= family%order)) cycle
+               if (any(before .and. choice%trials(:k)%family%order == family%order) .and. &
+                   written%given(written%find('method', 1), 'mass')) cycle
+            end associate
             lowest = trials%first%levels
             do double = 0, merge(0, most_doublings, choice%limits%has_lattice)
-               do level = lowest, merge(lowest, family%most_level, choice%limits%has_levels)
+               do i = lowest, merge(lowest, lowest + family%most_level, choice%limits%has_levels)
+                  level = modulo(i, family%most_level + 1) ! then fewer, where rules refuse levels
                   trials%first = mesh_t(choice%lattices%first*2**double, level) ! fine enough for growth, and around fronts
                   refused = failure_t()
                   call understand_model(choice%path, choice%text, choice%given, trial, refused, &
@@ -196,7 +205,8 @@ contains
       type(mesh_t) :: mesh
       real(dp) :: work, least_work, error
       real(dp) :: few_rows                       ! of pilots
-      integer :: i, k
+      type(mesh_t) :: meshes(n_pilots)
+      integer :: i, j, k
       few_rows = min(rows_of(choice%asked), real(most_rows + 1, dp))
       least_work = huge(least_work)
       do i = 0, size(choice%trials)              ! the family of that run first
@@ -205,7 +215,8 @@ contains
          if (i > 0) then                         ! as many cells as in the first pilot
             choice%trials(k)%particles = first%particles*(real(choice%trials(k)%family%points_per_cell, dp)/ &
                                                           choice%trials(choice%family)%family%points_per_cell)**ndim
-            choice%trials(k)%is_allowed = n_pilots*choice%trials(k)%work_of(choice%trials(k)%first, rows=few_rows) < &
+            meshes = meshes_of_pilots(choice, choice%trials(k))
+            choice%trials(k)%is_allowed = sum([(choice%trials(k)%work_of(meshes(j), rows=few_rows), j=1, n_pilots)]) < &
                                           worth*least_work
             if (.not. choice%trials(k)%is_allowed) cycle
          end if
@@ -237,32 +248,39 @@ contains
       logical, intent(in) :: is_known            !! whether the first pilot is
       type(pilot_t), intent(in) :: known         !! that
       integer, intent(in) :: threads
-      type(mesh_t) :: finer_mesh, deeper_mesh
+      type(mesh_t) :: meshes(n_pilots)
       type(pilot_t) :: first, finer, deeper
       type(failure_t) :: refused
       first = known
       if (.not. is_known) call try(choice, trials%family, trials%first, threads, .false., first, refused)
       trials%is_allowed = .not. refused%failed()
       if (.not. trials%is_allowed) return
-      finer_mesh = trials%first
-      if (.not. choice%limits%has_lattice) finer_mesh%lattice = ceiling(step_of_lattice*trials%first%lattice)
-      deeper_mesh = trials%first
-      if (.not. choice%limits%has_levels) deeper_mesh%levels = trials%first%levels + trials%family%level_step
+      meshes = meshes_of_pilots(choice, trials)
       deeper = first
-      if (.not. choice%limits%has_levels) call try(choice, trials%family, deeper_mesh, threads, .false., deeper, refused)
+      if (.not. choice%limits%has_levels) call try(choice, trials%family, meshes(2), threads, .false., deeper, refused)
       if (refused%failed()) then
-         deeper_mesh = trials%first
+         meshes(2) = trials%first
          deeper = first
       end if
       finer = first
       if (.not. choice%limits%has_lattice .and. (trials%compares .or. deeper%error > aim)) &
-         call try(choice, trials%family, finer_mesh, threads, .false., finer, refused)
+         call try(choice, trials%family, meshes(3), threads, .false., finer, refused)
       if (refused%failed()) then
-         finer_mesh = trials%first
+         meshes(3) = trials%first
          finer = first
       end if
-      call trials%fit(first, finer, deeper, finer_mesh, deeper_mesh)
+      call trials%fit(first, finer, deeper, meshes(3), meshes(2))
    end subroutine try_family
+
+   !> The meshes of the pilots of a family: the first one, one with more levels, and one on a finer lattice.
+   pure function meshes_of_pilots(choice, trials) result(meshes)
+      type(choice_t), intent(in) :: choice
+      type(trials_t), intent(in) :: trials
+      type(mesh_t) :: meshes(n_pilots)
+      meshes = trials%first
+      if (.not. choice%limits%has_levels) meshes(2)%levels = trials%first%levels + trials%family%level_step
+      if (.not. choice%limits%has_lattice) meshes(3)%lattice = ceiling(step_of_lattice*trials%first%lattice)
+   end function meshes_of_pilots
 
    !> Run a mesh of a family for its errors alone.
    subroutine try(choice, family, mesh, threads, is_whole, pilot, refused)
@@ -338,6 +356,7 @@ contains
          end if
       end if
       if (family%time /= choice%asked%method%time) call add('method.time='//trim(family%time))
+      if (family%mass /= 'auto') call set('method', 'mass', trim(family%mass))
       if (family%time == 'implicit' .and. .not. (written_key('method', 'time_step') .or. written_key('method', 'courant'))) &
          call add('method.time_step='//to_text(choice%lattices%cell_size(mesh%lattice, family%order)/ &
                                                largest_wave_speed(materials_of(choice%asked), 'dilatational')))
@@ -417,7 +436,8 @@ contains
       integer, intent(in) :: threads
       type(model_t), intent(inout) :: model
       type(failure_t), intent(inout) :: failure
-      real(dp) :: factor, gained, last
+      real(dp) :: factor                         ! of the error over the predicted one [-]
+      real(dp) :: differs, gained, last
       type(mesh_t) :: before
       integer :: family
       logical :: deepens                         ! whether the second mesh is the first one with more levels
@@ -444,21 +464,24 @@ contains
             call choose_by_pilots(choice, pilot, threads, model, failure)
          else if (choice%tries == 1 .and. deepens .and. keeps) then
             choice%predicted = aim
-            call take(choice, family, mesh_t(trials%first%lattice, trials%deeper_levels(pilot%error)), model, failure)
+            call take(choice, family, mesh_t(trials%first%lattice, trials%levels_for(pilot%error, &
+                      trials%first%levels + trials%family%level_step)), model, failure)
          else if (choice%tries == 1 .or. choice%tries == 2 .and. deepens) then
             call take_cheapest(choice, model, failure)
          else
-            factor = max(pilot%error/max(choice%predicted, least_predicted), least_factor)
             if (compares) then                   ! what it differs by from the last run, beside what it was to differ by
                gained = max(abs(trials%error_of(trials%compared) - trials%error_of(choice%mesh)), least_gained*choice%predicted)
-               factor = worst_difference(trials%values, pilot%values)/max(gained, least_predicted)
-               choice%reached = max(pilot%error, factor*choice%predicted)
-               factor = max(factor, least_factor)
+               differs = worst_difference(trials%values, pilot%values)
+               choice%reached = max(pilot%error, differs/max(gained, least_predicted)*choice%predicted)
+               if (trials%family%time == 'explicit' .and. (choice%mesh%levels /= trials%compared%levels .or. &
+                                                           choice%mesh%lattice <= trials%compared%lattice)) &
+                  choice%reached = max(choice%reached, differs) ! either may have waves of its cells
                trials%compared = choice%mesh
                trials%values = pilot%values
                if (choice%reached <= 1) return
             end if
-            call trials%learn(pilot%error, choice%mesh, factor)
+            factor = max(choice%reached/max(choice%predicted, least_predicted), least_factor)
+            call trials%learn(choice%reached, choice%mesh, factor)
             call take_cheapest(choice, model, failure)
             if (choice%predicted > 1 .and. choice%predicted >= choice%reached .and. .not. failure%failed()) then
                choice%predicted = choice%reached ! no mesh reaches it, and that of the run comes nearest

@@ -94,7 +94,8 @@ contains
       select case (group//'.'//key)
        case ('grid.lower', 'grid.cell', 'grid.cells')
          text = 'the coarsest of the lattices with nodes at edges, supports and tips that is predicted to reach the error'
-       case ('grid.order', 'body.points_per_cell', 'method.time', 'method.time_step', 'refine.rings', 'refine.max_particles')
+       case ('grid.order', 'body.points_per_cell', 'method.time', 'method.mass', 'method.time_step', 'refine.rings', &
+             'refine.max_particles')
          text = 'of the cheapest family of meshes and steps that the rules allow'
        case ('refine.indicator', 'refine.max_level')
          text = 'so many levels around the tips as make their part of the error small enough'

@@ -5,8 +5,10 @@
 !> loads follow, each unless the unit would be too small. The cells of the lattices are the unit over 1, 2, 3, ...
 module hampm_lattices
    use hampm_kinds, only: dp, ndim
+   use hampm_critical_step, only: largest_wave_speed
    use hampm_load_groups, only: constraint_spec_t
    use hampm_model, only: model_t
+   use hampm_model_materials, only: materials_of
    use hampm_tensors, only: norm, edge_of
    use hampm_text, only: string_t, to_text, without_rounding
    implicit none
@@ -18,6 +20,7 @@ module hampm_lattices
    real(dp), parameter :: tolerance = 1e-6_dp    !! of a node, in cells
    real(dp), parameter :: coarsest = 3           !! cells of the coarsest lattice in the smallest length of the model
    real(dp), parameter :: in_supports = 2        !! cells of that in what a support holds of a body
+   real(dp), parameter :: of_wave = merge(10, 20, ndim == 3) !! cells of that along the way of a wave, at most through the model
    real(dp), parameter :: most_coarse = merge(1500, 2500, ndim == 2) !! cells of the coarsest lattice, where no unit makes it finer
    real(dp), parameter :: least_part = 0.2_dp    !! of these cells that those of a unit with wishes may have
    real(dp), parameter :: most_aligned = 3e4_dp  !! cells that a unit may lead to
@@ -54,7 +57,10 @@ contains
       end do
       self%margin = merge(2, 1, model%method%frame == 'updated')
       self%has_axis = model%run%plane == 'axisymmetric'
-      wanted = max(smallest_length(model, self)/coarsest, edge_of(product(self%upper - self%lower)/most_coarse))
+      wanted = smallest_length(model, self)/coarsest
+      if (model%method%time /= 'static') wanted = min(wanted, min(maxval(self%upper - self%lower), model%run%end_time* &
+                                                                  largest_wave_speed(materials_of(model), 'dilatational'))/of_wave)
+      wanted = max(wanted, edge_of(product(self%upper - self%lower)/most_coarse))
       call find_unit(model, wanted, self)
       self%fits = supports_fit(model, self)
       self%first = max(1, ceiling(self%unit/wanted*(1 - same)))

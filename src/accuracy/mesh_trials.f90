@@ -58,7 +58,7 @@ module hampm_mesh_trials
       procedure :: work_of
       procedure :: particles_of
       procedure :: fit
-      procedure :: deeper_levels
+      procedure :: levels_for
       procedure :: learn
       procedure :: find_cheapest
    end type trials_t
@@ -112,14 +112,15 @@ contains
    end function work_of
 
    !> Levels with which the error of the first mesh is small enough where it is all of the cells at the tips.
-   pure integer function deeper_levels(self, error) result(levels)
+   pure integer function levels_for(self, error, least) result(levels)
       class(trials_t), intent(in) :: self
       real(dp), intent(in) :: error              !! of that over the one asked [-]
-      levels = self%first%levels + self%family%level_step
+      integer, intent(in) :: least               !! levels
+      levels = least
       do while (error*2.0_dp**(self%first%levels - levels) > aim .and. levels < self%family%most_level)
          levels = levels + self%family%level_step
       end do
-   end function deeper_levels
+   end function levels_for
 
    !> Learn from a run that fell short: at rest on a finer lattice the order of the error away from the tips, else that all of it is
    !> larger.
@@ -131,7 +132,7 @@ contains
       real(dp) :: order
       associate (h => real(self%first%lattice, dp)/mesh%lattice, &
                  of_tips => self%of_tips*2.0_dp**(self%first%levels - mesh%levels))
-         if (.not. self%compares .and. h < 1 .and. error > of_tips*h) then
+         if (h < 1 .and. error > of_tips*h) then
             order = log((error - of_tips*h)/self%of_cells)/log(h)
             if (order >= least_order .and. order < self%order) then
                self%order = order
@@ -149,6 +150,8 @@ contains
       type(pilot_t), intent(in) :: first, finer, deeper
       type(mesh_t), intent(in) :: finer_mesh, deeper_mesh !! of the others; that of the first one where there is no other
       real(dp) :: h, left, gained, whole, part
+      real(dp) :: of_finer, of_deeper            ! what values differ by, over errors asked [-]
+      real(dp) :: least, most                    ! order of the error away from the tips [-]
       integer :: levels
       trials%bytes = first%bytes
       h = real(trials%first%lattice, dp)/finer_mesh%lattice
@@ -158,18 +161,29 @@ contains
       gained = first%error - deeper%error
       whole = first%error
       if (trials%compares) then                  ! errors of columns are not all there is
-         gained = max(gained, worst_difference(first%values, deeper%values))
-         if (h < 1) whole = first%error + worst_difference(first%values, finer%values)/(1 - h**order_of_differences)
+         of_deeper = worst_difference(first%values, deeper%values)
+         of_finer = worst_difference(first%values, finer%values)
+         whole = 0
+         if (h < 1 .and. of_finer > 0) then
+            whole = of_finer/(1 - h**order_of_differences)
+            of_deeper = min(of_deeper, whole*(1 - worst_difference(deeper%values, finer%values)/of_finer)) ! towards the finer one
+         end if
+         gained = max(gained, of_deeper)
+         if (trials%family%time == 'explicit' .and. .not. of_deeper > 0) gained = 0 ! levels hold waves of the cells
+         ! in motion differences hold what columns tell, too
+         whole = merge(first%error + whole, max(first%error, whole), trials%family%time == 'static')
       end if
       trials%of_tips = 0
       if (levels > 0) trials%of_tips = min(max(0.0_dp, gained)/(1 - 2.0_dp**(-levels)), whole)
       part = 2.0_dp**(trials%first%levels - finer_mesh%levels)
       trials%of_cells = max(whole - trials%of_tips, least_part*whole)
       trials%order = merge(real(order_of_differences, dp), usual_order, trials%compares)
-      if (h < 1 .and. .not. trials%compares) then
+      if (h < 1 .and. .not. (trials%compares .and. whole > first%error)) then
          left = finer%error - trials%of_tips*h*part
-         trials%order = most_order
-         if (left > 0) trials%order = min(max(log(left/trials%of_cells)/log(h), least_order), most_order)
+         least = merge(real(order_of_differences, dp), least_order, trials%compares)
+         most = merge(usual_order, most_order, trials%compares)
+         trials%order = most
+         if (left > 0) trials%order = min(max(log(left/trials%of_cells)/log(h), least), most)
       end if
       trials%of_level = max(deeper%particles - first%particles, 1.0_dp)
       associate (first_levels => trials%first%levels)

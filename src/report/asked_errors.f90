@@ -10,6 +10,7 @@ module hampm_asked_errors
    private
    public :: asked_error_t, new_asked_errors, worst_ratio, worst_difference, no_value
 
+   real(dp), parameter :: last_rows = 0.2_dp     !! part of the time whose rows are compared with the last one
    real(dp), parameter :: no_value = 1e30_dp     !! relative error of a value that is 0 [-]
 
    !> What &accuracy asks of one quantity, and what the rows so far tell of it. Of a front and of all tips the largest count.
@@ -17,7 +18,8 @@ module hampm_asked_errors
       type(accuracy_keys_t) :: keys
       integer, allocatable, private :: of_value(:), of_error(:) !! columns, in pairs
       real(dp), private :: value = 0             !! of the row that counts: the last one, or that with the largest value
-      real(dp), private :: error = 0             !! of that, or the largest of all rows
+      real(dp), private :: error = 0             !! of that, or the largest of all rows, or their mean
+      real(dp), private :: squares = 0, rows = 0 !! of the errors of all rows, and their number
       integer, private :: n = 0                  !! rows so far
       real(dp), allocatable, private :: times(:), values(:) !! of these [s], with room for more
    contains
@@ -109,6 +111,11 @@ contains
        case ('largest')
          if (value >= self%value) self%error = error
          self%value = max(self%value, value)
+       case ('mean')
+         self%value = max(self%value, value)
+         self%squares = self%squares + error**2
+         self%rows = self%rows + 1
+         self%error = sqrt(self%squares/self%rows)
        case default
          self%value = max(self%value, value)
          self%error = max(self%error, error)
@@ -122,6 +129,8 @@ contains
       character(*), intent(in) :: name
       call archive%serialise(name//'_value', self%value)
       call archive%serialise(name//'_error', self%error)
+      call archive%serialise(name//'_squares', self%squares)
+      call archive%serialise(name//'_rows', self%rows)
    end subroutine serialise
 
    !> The largest size of numbers, of a tip that has ended 0.
@@ -138,23 +147,36 @@ contains
       if (self%value > 0) estimated = self%error/self%value
    end function estimated
 
-   !> The difference of the values of two runs, as part of the value of the second [-], in all rows of the one that has fewer.
+   !> The difference of the values of two runs, as part of the value of the second [-], in the rows of the one that has fewer. Waves
+   !> of the cells pass the last row at any phase, so that rows before it count with it.
    pure real(dp) function difference(a, b)
       type(asked_error_t), intent(in) :: a, b
       difference = no_value
       if (.not. b%value > 0) return
-      difference = abs(a%value - b%value)
-      if (b%keys%at == 'all' .and. a%n <= b%n) difference = largest_gap(a, b)
-      if (b%keys%at == 'all' .and. a%n > b%n) difference = largest_gap(b, a)
+      if (b%keys%at == 'largest') difference = abs(a%value - b%value)
+      if (b%keys%at /= 'largest' .and. a%n <= b%n) difference = norm_of_gaps(a, b, b%keys%at)
+      if (b%keys%at /= 'largest' .and. a%n > b%n) difference = norm_of_gaps(b, a, b%keys%at)
       difference = difference/b%value
    end function difference
 
-   !> The largest difference of the values of two runs in the rows of the first. Values between rows are those of a line.
-   pure real(dp) function largest_gap(a, b) result(gap)
+   !> The largest difference of the values of two runs in the rows of the first, or in the last ones, or their root mean square.
+   pure real(dp) function norm_of_gaps(a, b, at) result(norm)
       type(asked_error_t), intent(in) :: a, b
+      character(*), intent(in) :: at             !! of &accuracy
+      associate (gap => abs(gaps(a, b)), times => a%times(:a%n))
+         norm = maxval(gap)
+         if (at == 'mean') norm = sqrt(sum(gap**2)/max(1, a%n))
+         if (at == 'end') norm = maxval(gap, mask=times >= (1 - last_rows)*maxval(times))
+      end associate
+   end function norm_of_gaps
+
+   !> The differences of the values of two runs in the rows of the first. Values between rows are those of a line.
+   pure function gaps(a, b)
+      type(asked_error_t), intent(in) :: a, b
+      real(dp) :: gaps(a%n)
       real(dp) :: part
       integer :: i, j
-      gap = 0
+      gaps = 0
       j = 1
       do i = 1, a%n
          do while (j < b%n - 1 .and. b%times(min(j + 1, b%n)) < a%times(i))
@@ -163,9 +185,9 @@ contains
          if (j == b%n) exit
          part = min(max(a%times(i) - b%times(j), 0.0_dp), b%times(j + 1) - b%times(j))
          if (part > 0) part = part/(b%times(j + 1) - b%times(j))
-         gap = max(gap, abs(a%values(i) - (1 - part)*b%values(j) - part*b%values(j + 1)))
+         gaps(i) = a%values(i) - (1 - part)*b%values(j) - part*b%values(j + 1)
       end do
-   end function largest_gap
+   end function gaps
 
    !> The largest difference of two runs over the errors asked [-].
    pure real(dp) function worst_difference(a, b) result(ratio)

@@ -691,7 +691,7 @@ class Drawing:
         asks = random.Random(repr(scene))
         at_rest, release = group(scene, "method").get("time") == "static", group(scene, "energy_release")
         if at_rest and asks.random() < 0.25 and "domain_integral" in release.get("estimators", ()):
-            scene.append(["accuracy", {"quantity": "J", "error": 0.9, "at": asks.choice(["end", "largest", "all"])}])
+            scene.append(["accuracy", {"quantity": "J", "error": 0.9, "at": asks.choice(["end", "largest", "mean", "all"])}])
 
     def move_by_modes(self, scene):
         """Lets a scene of linear laws without growth and cohesion move by its modes, without what has none."""

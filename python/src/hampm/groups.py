@@ -523,8 +523,8 @@ class Accuracy(Group):
     """Column of the history with an estimated error, of every tip; or of one, as K_I_tip2; required"""
     error: float | None
     """Estimated error that it may have at most, as part of its value; (0, 1); required"""
-    at: Literal['end', 'largest', 'all'] | None
-    """Of the last row, of that with the largest value, or of all rows, as part of the largest value; default 'end'"""
+    at: Literal['end', 'largest', 'mean', 'all'] | None
+    """In the last row, in that with the largest value, in the root mean square of all rows, or in each, as part of the largest; default 'end'"""
     most_time: float | None
     """Predicted duration that the run may have at most; 0: any [s]; [0, inf); default 0.0"""
     most_memory: float | None
