@@ -32,6 +32,7 @@ module hampm_choice
    real(dp), parameter :: least_factor = 1.05_dp !! by which a run that falls short makes the prediction larger
    real(dp), parameter :: least_predicted = 1e-9_dp !! of predicted errors and differences that are compared [-]
    real(dp), parameter :: least_gained = 0.25_dp  !! of a predicted error: meshes that are nearly alike differ by other errors
+   real(dp), parameter :: fine = 1500             !! cells of the coarsest lattice from which bilinear ones may be enough
    real(dp), parameter :: usual_error = 0.015_dp  !! estimated error of K on the coarsest lattice of the plane without levels
    integer, parameter :: most_doublings = 3      !! of the coarsest lattice, where rules ask for finer cells
    real(dp), parameter :: stalled = 0.8_dp       !! part of the last error from which on finer meshes are no use
@@ -49,6 +50,7 @@ module hampm_choice
       type(lattices_t) :: lattices
       type(limits_t) :: limits
       integer :: family = 0                      !! chosen one
+      integer :: scout = 0                       !! one that runs before a dearer one where even the coarsest lattice is fine
       type(mesh_t) :: mesh                       !! chosen one
       real(dp) :: predicted = 0                  !! its error over that asked [-]
       real(dp) :: reached = 0                    !! that of its run [-]
@@ -140,8 +142,14 @@ contains
       real(dp) :: least_work
       type(mesh_t) :: finer
       integer :: k, i, level, lowest, double
+      logical :: scouts                          ! whether a family of fewer unknowns runs first
       size_of = maxval(choice%lattices%upper - choice%lattices%lower)
       crossings = choice%asked%run%end_time*largest_wave_speed(materials_of(choice%asked), 'dilatational')/size_of
+      associate (lattices => choice%lattices)
+         scouts = ndim == 2 .and. choice%asked%method%time == 'static' .and. lattices%fits .and. &
+                  .not. (lattices%has_middles .or. choice%limits%has_lattice) .and. &
+                  product((lattices%upper - lattices%lower)/lattices%cell_size(lattices%first, 2)) > fine
+      end associate
       allocate (choice%trials(size(families)))
       do k = 1, size(families)
          choice%trials(k)%family = families(k)
@@ -159,7 +167,10 @@ contains
                trials%first%levels = trials%levels_for(usual_error/minval(model%accuracy%error), trials%first%levels)
             trials%rows = rows_of(model)
             associate (before => choice%trials(:k)%is_allowed .and. choice%trials(:k)%family%time == family%time)
-               if (family%is_second .and. any(before .and. choice%trials(:k)%family%order >= family%order)) cycle
+               if (family%is_second .and. any(before .and. choice%trials(:k)%family%order >= family%order)) then
+                  if (.not. scouts) cycle
+                  choice%scout = k
+               end if
                if (any(before .and. choice%trials(:k)%family%order == family%order) .and. &
                    written%given(written%find('method', 1), 'mass')) cycle
             end associate
@@ -439,7 +450,7 @@ contains
       real(dp) :: factor                         ! of the error over the predicted one [-]
       real(dp) :: differs, gained, last
       type(mesh_t) :: before
-      integer :: family
+      integer :: family, k
       logical :: deepens                         ! whether the second mesh is the first one with more levels
       logical :: keeps                           ! whether the run kept within the limits
       goes = .false.
@@ -453,6 +464,15 @@ contains
       end if
       choice%reached = pilot%error
       associate (trials => choice%trials(family), compares => choice%trials(family)%compares)
+         if (family == choice%scout .and. pilot%error > 1 .and. pilot%error < no_value) then
+            trials%is_allowed = .false.
+            choice%tries = 0
+            choice%scout = 0
+            family = findloc(choice%trials%is_allowed, .true., dim=1)
+            call take(choice, family, choice%trials(family)%first, model, failure)
+            goes = .not. failure%failed()
+            return
+         end if
          if (choice%tries == 1) choice%first = pilot
          if (choice%tries == 1) call trials%fit(pilot, pilot, pilot, trials%first, trials%first)
          deepens = .not. (compares .or. ndim == 3 .or. choice%limits%has_levels)
@@ -482,6 +502,11 @@ contains
             end if
             factor = max(choice%reached/max(choice%predicted, least_predicted), least_factor)
             call trials%learn(choice%reached, choice%mesh, factor)
+            do k = 1, size(choice%trials)        ! pilots of others had the same rows, and hoped for as much
+               if (k == family .or. .not. (compares .and. choice%trials(k)%compares)) cycle
+               choice%trials(k)%of_cells = factor*choice%trials(k)%of_cells
+               choice%trials(k)%of_tips = factor*choice%trials(k)%of_tips
+            end do
             call take_cheapest(choice, model, failure)
             if (choice%predicted > 1 .and. choice%predicted >= choice%reached .and. .not. failure%failed()) then
                choice%predicted = choice%reached ! no mesh reaches it, and that of the run comes nearest

@@ -298,6 +298,18 @@ def test_pins_between_nodes_leave_cells_large(hampm):
     assert row["particles"][-1] < 1e5 and "between nodes" not in row.said
 
 
+@pytest.mark.parametrize("error, order", [(0.02, 1), (0.0005, 2)])
+def test_lattices_that_coordinates_make_fine(hampm, error, order):
+    """A tip at 81 of 160 parts of the beam makes all cells small: bilinear ones are tried first, and quadratic ones where they fall short."""
+    text = beam(error).replace("lower = 0.05, 0.0", "lower = 0.050625, 0.0").replace("tip = 0.05,", "tip = 0.050625,")
+    row = run(hampm, text)
+    truth = G * (1 + 0.000625 / (0.05 * np.sqrt(1.28737)))**2     # the arm is longer than the crack, as that of the converged G is
+    print(f"off {row['J'][-1] / truth - 1:.3%}, particles {row['particles'][-1]:.0f}")
+    assert abs(row["J"][-1] / truth - 1) <= error
+    (hampm.folder / "asked.nml").write_text(text)
+    assert f"order = {order} ! chosen" in hampm("--explain", "asked.nml").stdout
+
+
 def test_the_place_of_a_chosen_key(hampm):
     """Messages about a key that was chosen say so, and do not name an option that nobody gave."""
     text = f"""&run plane = 'stress'  thickness = 0.01  end_time = 1.0 /
