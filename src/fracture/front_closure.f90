@@ -15,7 +15,7 @@ module hampm_front_closure
    use hampm_basis, only: inside_cell
    use hampm_front, only: front_t
    use hampm_front_integral, only: front_domain_t, front_place_t, front_modes, along, cell_at, locate
-   use hampm_interface_points, only: bonded, force_of
+   use hampm_interface_points, only: pulls, force_of
    use hampm_openings, only: opening_at
    use hampm_problem, only: problem_t
    use hampm_tensors, only: identity
@@ -74,7 +74,7 @@ contains
          end do
          do i = 1, problem%interfaces%n
             associate (point => problem%interfaces%list(i))
-               if (point%law == bonded .and. is_in_plane(front, problem, point%middle)) call close_at(point%middle, force_of(point))
+               if (pulls(point) .and. is_in_plane(front, problem, point%middle)) call close_at(point%middle, force_of(point))
             end associate
          end do
          do i = 1, front%n()
@@ -178,7 +178,7 @@ contains
          call grid%dofs%condense(grid%dofs%every_node(), 2, sides%area)
          do i = 1, problem%interfaces%n          ! part of these forces held by points
             associate (point => problem%interfaces%list(i), jump => problem%interfaces%list(i)%jump)
-               if (point%law /= bonded .or. .not. is_in_plane(front, problem, point%middle)) cycle
+               if (.not. (pulls(point) .and. is_in_plane(front, problem, point%middle))) cycle
                do j = 1, size(jump%node)
                   if (jump%node(j) == 0) exit
                   side = merge(upper, lower, j <= point%n_left)

@@ -11,12 +11,12 @@ module hampm_dynamic_front_growth
    use hampm_moving_front, only: advance_region, fronts_of
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_plane_cuts, only: find_unbonded, open_more
-   use hampm_plane_points, only: follow_fronts, late_release
+   use hampm_plane_points, only: follow_fronts
    use hampm_problem, only: problem_t
    use hampm_text, only: to_text, three_digits
    implicit none
    private
-   public :: lay_points, move_fronts, release_late, record_motion
+   public :: lay_points, move_fronts, record_motion
 
    real(dp), parameter :: standing = 1e-6_dp     !! part of the Rayleigh wave speed below which a front stands still
 
@@ -94,7 +94,7 @@ contains
       real(dp), intent(in) :: time, step         !! at its start [s]
       character(:), allocatable, intent(inout) :: message
       real(dp), allocatable :: advances(:)       ! of the nodes of all fronts of a crack [m]
-      real(dp) :: released(size(model%planes))
+      real(dp) :: taken(size(model%planes)), work(size(model%planes))
       integer, allocatable :: of(:)              ! points of a crack
       integer :: before(3), now(3), k, j
       logical :: have_moved, meets_itself
@@ -134,8 +134,11 @@ contains
          end associate
       end do
       if (.not. have_moved) return
-      call follow_fronts(m%interfaces, m%matter_t, m%interfaces%are_bounded, released)
-      call book_release(growing, m, released)
+      call follow_fronts(m%interfaces, m%matter_t, taken, work)
+      m%energies%fracture_energy = m%energies%fracture_energy + sum(taken)
+      do k = 1, size(work)
+         where (growing%points%crack == k) growing%points%work = growing%points%work + work(k)
+      end do
       if (open_more(m%grid%planes, m%grid%forest)) growing%must_cut = .true.
    end subroutine move_fronts
 
@@ -153,29 +156,6 @@ contains
                                  m%interfaces%list(:m%interfaces%n)%fraction_left > 0)
       if (goes_on) m%grid%planes(number)%beyond = m%grid%planes(number)%beyond + rayleigh_speed(m%materials(1))*step
    end function goes_on
-
-   !> After an implicit step: release what fronts release in it beyond the value at its start.
-   subroutine release_late(growing, model, m)
-      type(growing_t), intent(inout) :: growing
-      type(model_t), intent(in) :: model
-      type(problem_t), intent(inout) :: m
-      real(dp) :: late(size(model%planes))
-      late = late_release(m%interfaces, size(late))
-      call book_release(growing, m, late)
-      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - sum(late)
-   end subroutine release_late
-
-   !> Book the energy that fronts of each crack have released.
-   subroutine book_release(growing, m, released)
-      type(growing_t), intent(inout) :: growing
-      type(problem_t), intent(inout) :: m
-      real(dp), intent(in) :: released(:)        !! [J], (cracks)
-      integer :: k
-      m%energies%fracture_energy = m%energies%fracture_energy + sum(released)
-      do k = 1, size(released)
-         where (growing%points%crack == k) growing%points%work = growing%points%work + released(k)
-      end do
-   end subroutine book_release
 
    !> Find the advances of the nodes of all fronts of a crack in a step [m].
    subroutine find_advances(growing, model, cracks, number, time, step, advances)

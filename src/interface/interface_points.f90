@@ -22,11 +22,11 @@ module hampm_interface_points
    public :: interfaces_t, interface_point_t, face_state_t, bonded, releasing, contact, ghost, cohesive, support, is_half, along, &
              along_faces, length_along, direction_of, components_of, vector_of, turned, interpolated, add_interface_point, &
              find_points, find_points_at_tip, sort_for_tips, archive_interfaces
-   public :: holds, pulls, are_apart, is_free, is_pressed, is_softening, has_force, overlap_of, sliding_of, slid_in_all, &
-             have_friction, hold_friction, is_sliding, cohesion_at, force_of, force_at, face_force, add_interface_forces, &
-             forces_of_penalty_contact, add_interface_resistance, interface_states, interface_stiffness, stiffness_in_directions, &
-             energy_of, interface_energy, commit_slip, stretch_interfaces, open_interfaces, relax_interfaces, ease_faces, &
-             jumps_with_mass, add_interface_momentum, kick_interfaces, energy_of_rates
+   public :: stretch_of, holds, pulls, are_apart, is_free, is_pressed, is_softening, has_force, overlap_of, sliding_of, &
+             slid_in_all, have_friction, hold_friction, is_sliding, cohesion_at, force_of, force_at, face_force, &
+             add_interface_forces, forces_of_penalty_contact, add_interface_resistance, interface_states, interface_stiffness, &
+             stiffness_in_directions, energy_of, interface_energy, commit_slip, stretch_interfaces, open_interfaces, &
+             relax_interfaces, ease_faces, jumps_with_mass, add_interface_momentum, kick_interfaces, energy_of_rates
 
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! states of faces
    integer, parameter :: sticks_apart = 3        !! and with given friction limits: separate faces held along

@@ -18,7 +18,7 @@ module hampm_interface_step
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
-   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, direction_of, components_of, vector_of, &
+   use hampm_interface_points, only: interfaces_t, interface_point_t, releasing, direction_of, components_of, vector_of, &
                                      interface_states, stiffness_in_directions, force_at, have_friction, &
                                      hold_friction, commit_slip, cohesion_at, holds, are_apart
    use hampm_cohesive_law, only: cohesive_state_t
@@ -469,7 +469,7 @@ contains
    !> Whether the force of a point does not depend on its opening, as long as the mesh stays: of those that a front has reached.
    pure logical function has_given_force(point)
       type(interface_point_t), intent(in) :: point
-      has_given_force = point%law == bonded .and. point%plane > 0 .and. .not. point%stiffness > 0
+      has_given_force = point%law == releasing .and. point%plane > 0
    end function has_given_force
 
    !> Find W over beta dt**2: changes of the accelerations of the openings by unit forces. Openings by which no force changes have
@@ -566,7 +566,6 @@ contains
          states = interface_states(interfaces)
          slopes = slopes_of_law(self, interfaces)
          is_new = is_new .or. any(states /= self%states) .or. any(slopes > self%slopes .or. slopes < lowered*self%slopes)
-         if (any(interfaces%list(:interfaces%n)%plane > 0)) is_new = is_new .or. any(slopes < self%slopes) ! as fronts move
          if (is_new) then
             self%states = states
             self%slopes = slopes

@@ -200,6 +200,7 @@ contains
             if (.not. m%particles%total_frame) point%initial_force = turned(point%initial_force, before, point)
             point%stored = part*merge(before%stored, energy_of(before), before%law == releasing)
             point%fraction_left = before%fraction_left
+            point%fraction_before = before%fraction_before
             point%reached = before%reached
             if (point%law == releasing) point%start = point%opening - (before%opening - before%start)
          end associate

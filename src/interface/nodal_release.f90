@@ -8,12 +8,12 @@
 module hampm_nodal_release
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
-   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, releasing, along, force_of, energy_of, pulls, &
-                                     is_softening
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, releasing, along, force_of, energy_of, stretch_of, &
+                                     pulls, is_softening
    use hampm_moving_tip, only: release_length
    implicit none
    private
-   public :: fail_behind, scale_failing, work_of_release, holds_on
+   public :: fail_behind, let_fail, scale_failing, work_of_release, holds_on
 
 contains
 
@@ -26,24 +26,39 @@ contains
       real(dp), intent(in) :: further            !! additional unloading length of forces [m]
       real(dp), intent(out) :: taken             !! [J]
       real(dp), intent(out), optional :: work    !! [J]
-      real(dp) :: before, opening
+      real(dp) :: done
       integer :: k
       taken = 0
-      if (present(work)) work = 0
+      done = 0
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
             if (point%tip /= tip .or. point%way > way) cycle
-            if (point%law == bonded) call start_failure(point, k <= interfaces%n_at_end, taken)
-            before = point%fraction_left
-            point%fraction_left = min(before, max(0.0_dp, 1 - (way + further - point%way)/(release_length*point%cell)))
-            if (.not. present(work)) cycle
-            opening = dot_product(point%opening - point%start, point%initial_force)/max(norm(point%initial_force), tiny(opening))
-            work = work + (before + point%fraction_left)/2*norm(point%initial_force)*(opening - point%reached)
-            point%reached = opening
+            call let_fail(point, max(0.0_dp, 1 - (way + further - point%way)/(release_length*point%cell)), &
+                          k <= interfaces%n_at_end, taken, done)
          end associate
       end do
-      if (present(work)) work = work + taken
+      if (present(work)) work = done
    end subroutine fail_behind
+
+   !> Leave a bonded point a part of its force at most. Added to `taken` is the stored energy if it starts to fail, and to `work`
+   !> that and the work of its force since the last call.
+   pure subroutine let_fail(point, part, at_end, taken, work)
+      type(interface_point_t), intent(inout) :: point
+      real(dp), intent(in) :: part               !! [-]
+      logical, intent(in) :: at_end              !! whether its force depends on the step
+      real(dp), intent(inout) :: taken, work     !! [J]
+      real(dp) :: before, opening
+      if (point%law == bonded) then
+         call start_failure(point, at_end)
+         taken = taken + point%stored
+         work = work + point%stored
+      end if
+      before = point%fraction_left
+      point%fraction_left = min(before, part)
+      opening = dot_product(point%opening - point%start, point%initial_force)/max(norm(point%initial_force), tiny(opening))
+      work = work + (before + point%fraction_left)/2*norm(point%initial_force)*(opening - point%reached)
+      point%reached = opening
+   end subroutine let_fail
 
    !> Scale the forces of the failing points behind a tip.
    pure subroutine scale_failing(interfaces, tip, factor)
@@ -67,14 +82,26 @@ contains
       if (at_end) felt%opening = point%effective_opening
    end function as_felt
 
+   !> Energy stored by a bonded point in explicit steps, whose velocities belong to the middles of steps: the work of its forces up
+   !> to that of the last step [J].
+   pure real(dp) function energy_between(point) result(energy)
+      type(interface_point_t), intent(in) :: point
+      type(interface_point_t) :: then
+      then = point
+      then%opening = point%before
+      associate (before => stretch_of(then), after => stretch_of(point))
+         energy = point%stored + dot_product(point%initial_force, before + after)/2 + point%stiffness*dot_product(before, after)/2
+      end associate
+   end function energy_between
+
    !> Start failure of a bonded point.
-   pure subroutine start_failure(point, at_end, taken)
+   pure subroutine start_failure(point, at_end)
       type(interface_point_t), intent(inout) :: point
       logical, intent(in) :: at_end              !! whether its force depends on the step
-      real(dp), intent(inout) :: taken           !! [J]
       real(dp) :: force(ndim), across, hold, stored
       force = force_of(as_felt(point, at_end))
-      stored = energy_of(as_felt(point, at_end))
+      stored = energy_of(point)
+      if (at_end) stored = energy_between(point)
       if (point%line > 0) then                  ! pressure stays, and friction
          across = min(0.0_dp, dot_product(force, point%normal))
          hold = dot_product(force, along(point))
@@ -91,23 +118,23 @@ contains
       point%law = releasing
       point%stored = stored - energy_of(point)
       point%reached = 0
-      taken = taken + point%stored
    end subroutine start_failure
 
-   !> Work of the forces of failing bonded points in a step [J]; with the forces at its start if `start` is given.
-   pure real(dp) function work_of_release(interfaces, before, after, dt, start) result(work)
+   !> Work of the forces of failing bonded points in a step [J]: of those of an implicit one with the mean of its start and its end.
+   pure real(dp) function work_of_release(interfaces, before, after, dt, is_implicit) result(work)
       type(interfaces_t), intent(in) :: interfaces
       real(dp), intent(in) :: before(:, :), after(:, :) !! velocities of the nodes that the forces of the step have changed [m/s],
                                                  !! (ndim, n_points)
       real(dp), intent(in) :: dt                 !! [s]
-      type(interfaces_t), intent(in), optional :: start
+      logical, intent(in) :: is_implicit
       real(dp) :: way(ndim), force(ndim)
       integer :: k, j
       work = 0
       do k = 1, interfaces%n
          if (interfaces%list(k)%law /= releasing) cycle
-         force = failing_force(interfaces%list(k))
-         if (present(start)) force = failing_force(start%list(k))
+         associate (point => interfaces%list(k))
+            force = merge((point%fraction_before + point%fraction_left)/2, point%fraction_left, is_implicit)*point%initial_force
+         end associate
          if (.not. any(abs(force) > 0)) cycle
          way = 0
          do j = 1, count(interfaces%list(k)%jump%node > 0)
@@ -118,14 +145,6 @@ contains
          work = work + dot_product(force, way)
       end do
    end function work_of_release
-
-   !> Rest of the force of a failing bonded point, without contact; the whole force of an intact one [N].
-   pure function failing_force(point) result(force)
-      type(interface_point_t), intent(in) :: point
-      real(dp) :: force(ndim)
-      force = force_of(point)
-      if (point%law == releasing) force = point%fraction_left*point%initial_force
-   end function failing_force
 
    !> Whether any bonded point on the path of a tip still holds.
    pure logical function holds_on(interfaces, tip, crack)

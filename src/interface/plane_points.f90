@@ -5,23 +5,24 @@
 !> cells hang on others, functions of both sides differ, and each part has a point in its middle.
 !>
 !> Where fronts move on one mesh each point is in the middle of its part, with the stiffness of the area bonded at first. A node
-!> that becomes open transfers its force to a point of its own, without stiffness. A front releases both as a tip does (`held_part`
-!> of `hampm_plane_cuts`): a spring becomes a force, which falls while the front advances by two cells, a node with all parts of its
-!> faces. Faster release emits waves, which take from the energy of fast fronts.
+!> that becomes open transfers its force to a point of its own. A front releases both as a tip does (`held_part` of
+!> `hampm_plane_cuts`, `hampm_nodal_release`): a spring becomes a force, which falls while the front advances by two cells, a node
+!> with all parts of its faces. Faster release emits waves, which take from the energy of fast fronts.
 module hampm_plane_points
    use hampm_kinds, only: dp, ndim, long
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, place_point
    use hampm_forest, only: level_width
-   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, add_interface_point, find_points, &
-                                     along_faces, is_half, force_of
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, releasing, add_interface_point, &
+                                     find_points, along_faces
    use hampm_matter, only: matter_t
    use hampm_nearby, only: nearby_t
+   use hampm_nodal_release, only: let_fail
    use hampm_plane_cuts, only: plane_cut_t, has_face_in
    use hampm_tensors, only: norm, identity
    implicit none
    private
-   public :: add_points_of_planes, follow_fronts, late_release, elements_beside, parts
+   public :: add_points_of_planes, follow_fronts, elements_beside, parts
 
    integer, parameter :: parts = 2               !! of a face along each edge
 
@@ -241,9 +242,9 @@ contains
             if (norm(before%origin - point%origin) > same*point%cell) cycle
             is_there = .true.
             point%face_state_t = before%face_state_t
-            point%stiffness = before%stiffness
+            point%law = before%law
             point%area = before%area
-            point%released = 0                   ! in the step to come
+            point%stiffness = before%stiffness
          end associate
       end do
    end subroutine take_state
@@ -282,7 +283,7 @@ contains
                         cycle
                      end if
                      at_node(point%jump%node(1)) = interfaces%n
-                     point%stiffness = 0
+                     point%law = releasing
                      call take_state(point, old, near, is_there)
                      point%is_new = old%n > 0 .and. .not. is_there
                      if (.not. point%is_new) cycle
@@ -290,6 +291,7 @@ contains
                      point%before = 0
                      point%effective_opening = 0
                      point%fraction_left = held_part_at(point, m)
+                     point%fraction_before = point%fraction_left
                   end associate
                end do
             end do
@@ -297,73 +299,25 @@ contains
       end associate
    end subroutine add_points_of_nodes
 
-   !> Let the points follow fronts that have moved, before a step. `released` is the work of the released forces: in an explicit
-   !> step, with mid-step velocities, by the mean of this opening and the last one; else by the opening at its start, to which
-   !> `late_release` is added at its end.
-   pure subroutine follow_fronts(interfaces, m, is_explicit, released)
+   !> Let the points follow fronts that have moved: after an explicit step, before an implicit one.
+   pure subroutine follow_fronts(interfaces, m, taken, work)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
-      logical, intent(in) :: is_explicit
-      real(dp), intent(out) :: released(:)       !! [J], (cracks)
-      real(dp), parameter :: most = 1 - epsilon(1.0_dp) ! of a force: `late_release` knows it by the rest
+      real(dp), intent(out) :: taken(:)          !! stored energy of those that start to fail [J], (cracks)
+      real(dp), intent(out) :: work(:)           !! that and the work of all since the last call [J], (cracks)
       real(dp) :: held
       integer :: k
-      released = 0
+      taken = 0
+      work = 0
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%plane == 0) cycle
-            if (.not. is_explicit) point%before = point%opening
-            point%released = 0
-            if (.not. point%fraction_left > 0) cycle
+            if (point%plane == 0 .or. .not. point%fraction_left > 0) cycle
             held = held_part_at(point, m)
-            if (held >= point%fraction_left) cycle
-            if (point%stiffness > 0) call end_spring(point, is_explicit, released(point%plane))
-            point%released = min(1 - held/point%fraction_left, most)
-            released(point%plane) = released(point%plane) + point%released*potential_of(point, point%before, point%opening)
-            point%initial_force = point%initial_force*(1 - point%released)
-            point%fraction_left = held
+            if (held < point%fraction_left .or. point%law == releasing) &
+               call let_fail(point, held, k <= interfaces%n_at_end, taken(point%plane), work(point%plane))
          end associate
       end do
    end subroutine follow_fronts
-
-   !> Let the spring of a point become a force, which the front then releases; books the change of its energy.
-   pure subroutine end_spring(point, is_explicit, released)
-      type(interface_point_t), intent(inout) :: point
-      logical, intent(in) :: is_explicit
-      real(dp), intent(inout) :: released        !! [J]
-      type(interface_point_t) :: felt
-      felt = point
-      if (is_explicit) felt%opening = point%effective_opening
-      released = released + potential_of(point, point%before, point%opening)
-      point%initial_force = force_of(felt)
-      point%stiffness = 0
-      released = released - potential_of(point, point%before, point%opening)
-   end subroutine end_spring
-
-   !> Energy taken by the points of the fronts of each crack in an implicit step beyond the value at its start [J].
-   pure function late_release(interfaces, cracks) result(energy)
-      type(interfaces_t), intent(in) :: interfaces
-      integer, intent(in) :: cracks              !! their number
-      real(dp) :: energy(cracks)
-      integer :: k
-      energy = 0
-      do k = 1, interfaces%n
-         associate (point => interfaces%list(k))
-            if (point%plane == 0 .or. .not. point%released > 0) cycle
-            energy(point%plane) = energy(point%plane) + point%released/(1 - point%released)* &
-               (potential_of(point, point%before, point%opening) - potential_of(point, point%before, point%before))
-         end associate
-      end do
-   end function late_release
-
-   !> Potential energy of the spring and the force of a point, as a mean of two openings [J].
-   pure real(dp) function potential_of(point, before, after) result(energy)
-      type(interface_point_t), intent(in) :: point
-      real(dp), intent(in) :: before(ndim), after(ndim) !! [m]
-      energy = dot_product(before, after)
-      if (is_half(point)) energy = dot_product(before, point%normal)*dot_product(after, point%normal)
-      energy = (point%stiffness*energy + dot_product(point%initial_force, before + after))/2
-   end function potential_of
 
    !> Whether a crack has points on a face of a leaf in its plane: with an open node; of two at one place the finer or upper one.
    pure logical function is_of(m, cut, leaf, side) result(is)

@@ -15,7 +15,7 @@ module hampm_checkpoint
    private
    public :: checkpoint_t, checkpoint_name
 
-   integer, parameter :: format = 41            !! of the file: to be raised with each change of its items
+   integer, parameter :: format = 42            !! of the file: to be raised with each change of its items
    character(*), parameter :: format_name = 'hampm checkpoint'
 
    !> A checkpoint that is being written or read.

@@ -8,7 +8,7 @@ module hampm_nodal_state
    use hampm_problem, only: problem_t, map_to_grid, refresh_grid, is_weighed, keeps_velocity, do_pass, assemble_sums, pass_on
    use hampm_particle_pass, only: pass_report_t
    use hampm_pass, only: pass_t
-   use hampm_interface_points, only: add_interface_forces, is_half
+   use hampm_interface_points, only: add_interface_forces, bonded, is_half
    use hampm_interface_step, only: accelerate_by_faces
    use hampm_jumps, only: give_nodes
    use hampm_vectors, only: multiply, add_scaled
@@ -86,7 +86,7 @@ contains
       integer :: k
       do k = 1, m%interfaces%n_at_end
          associate (point => m%interfaces%list(k))
-            if (point%plane == 0) cycle
+            if (point%plane == 0 .or. point%law /= bonded) cycle
             force = point%stiffness*(point%effective_opening - point%before)
             if (is_half(point)) force = dot_product(force, point%normal)*point%normal
             call give_nodes(point%jump, -force, m%fields%external)

@@ -63,7 +63,6 @@ module hampm_stiffness
    !> A factorised stiffness, and its kind.
    type :: stiffness_t
       type(stiffness_kind_t), private :: kind
-      real(dp), allocatable, private :: of_fronts(:) !! of interface points that moving fronts change [N/m]
       integer, private :: layout = -1            !! of the blocks then; -1: none
       logical, allocatable, private :: fixed(:, :) !! the components that were fixed
       integer, allocatable, private :: states(:) !! states of interface points
@@ -137,7 +136,6 @@ contains
       stiffness%kind = kind
       stiffness%fixed = m%constraints%fixed
       stiffness%states = interface_states(m%interfaces)
-      stiffness%of_fronts = stiffnesses_at_fronts(m)
       stiffness%tangent_floor = m%interfaces%tangent_floor
       call number(m, stiffness)
       if (stiffness%unknowns%n > 0) call assemble_and_factorise(m, stiffness, unsolved)
@@ -155,15 +153,7 @@ contains
              self%kind%has_form_of(kind)
       if (fits) fits = all(self%fixed .eqv. m%constraints%fixed) .and. abs(self%tangent_floor - m%interfaces%tangent_floor) <= 0
       if (fits) fits = all(self%states == interface_states(m%interfaces))
-      if (fits) fits = .not. any(abs(self%of_fronts - stiffnesses_at_fronts(m)) > 0)
    end function fits
-
-   !> Stiffnesses of the interface points over which fronts move [N/m].
-   pure function stiffnesses_at_fronts(m) result(list)
-      type(problem_t), intent(in) :: m
-      real(dp), allocatable :: list(:)
-      list = pack(m%interfaces%list(:m%interfaces%n)%stiffness, m%interfaces%list(:m%interfaces%n)%plane > 0)
-   end function stiffnesses_at_fronts
 
    !> Whether two kinds are the same; on one mesh rigid-body constraints are the same if they hold the same components.
    pure logical function has_form_of(self, other)

@@ -3,7 +3,7 @@
 !> toughness (`hampm_advance_search`).
 module hampm_growth_in_motion
    use hampm_cracks, only: cracks_t
-   use hampm_dynamic_front_growth, only: lay_points, move_fronts, release_late
+   use hampm_dynamic_front_growth, only: lay_points, move_fronts
    use hampm_dynamic_growth, only: find_speeds, move_tips, must_check, note_check, plan_ways
    use hampm_failure, only: failure_t
    use hampm_growing, only: growing_t, note_taken, part_of_crack
@@ -69,6 +69,9 @@ contains
       real(dp), intent(in) :: time               !! at its start [s]
       real(dp) :: before                         ! [J]
       associate (m => s%problem)
+         associate (n => m%interfaces%n)
+            if (n > 0) m%interfaces%list(:n)%fraction_before = m%interfaces%list(:n)%fraction_left
+         end associate
          before = interface_energy(m%interfaces) + m%energies%fracture_energy
          call move_tips(s%growing, s%model, m, s%cracks, time, s%dt, s%warning)
          call book_due(s)
@@ -166,7 +169,7 @@ contains
                weight = weight + light
                point%initial_force = point%initial_force + point%jump%share(side)*light*force(:, point%jump%node(side))
             end do
-            point%initial_force = point%initial_force/weight
+            point%initial_force = point%initial_force/(weight*point%fraction_left)
             if (is_half(point)) point%initial_force = dot_product(point%initial_force, point%normal)*point%normal
          end associate
       end do
@@ -178,11 +181,7 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       logical :: is_new
-      if (s%problem%interfaces%are_bounded) then
-         call move_points(s, s%problem%state%time - s%dt)
-      else
-         call release_late(s%growing, s%model, s%problem)
-      end if
+      if (s%problem%interfaces%are_bounded) call move_points(s, s%problem%state%time - s%dt)
       call note_taken(s%growing%taken, s%problem%energies%fracture_energy, s%problem%state%time, place_of_fastest(s))
       call cut_where_due(s, failure)
       call find_loose_tips(s%growing, s%problem%interfaces, is_new)

@@ -466,9 +466,7 @@ contains
             call m%absorbing%resist(-(v_0 + v)/2, dashpots)
             m%energies%absorbed_energy = m%energies%absorbed_energy + sum(du(:, :n)*dashpots(:, :n))
          end if
-         taken = work_of_release(m%interfaces, du, du, 1.0_dp)
-         if (self%previous%is_now) taken = (taken + work_of_release(m%interfaces, du, du, 1.0_dp, &
-                                                                    self%previous%instant%interfaces))/2
+         taken = work_of_release(m%interfaces, du, du, 1.0_dp, is_implicit=.true.)
          m%energies%fracture_energy = m%energies%fracture_energy + taken
          if (.not. (m%audit .or. m%constraints%move())) return
          if (.not. allocated(drag)) allocate (drag, source=0*du)

@@ -349,7 +349,7 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       real(dp) :: taken
       associate (velocity => m%fields%velocity, after => merge(v_mapped, v_next, m%scheme%remaps))
-         taken = work_of_release(m%interfaces, velocity(:, :, v_n), velocity(:, :, after), dt)
+         taken = work_of_release(m%interfaces, velocity(:, :, v_n), velocity(:, :, after), dt, is_implicit=.false.)
          if (.not. strains_first(m)) call open_faces(m, after, dt)
       end associate
       m%energies%fracture_energy = m%energies%fracture_energy + taken

@@ -142,7 +142,8 @@ GROWTH = {
 @pytest.mark.parametrize("name", GROWTH)
 def test_growth_of_a_slab(tmp_path, name):
     """Lengths are the same, if no frame tells how far a crack grows; load factors, cycles and G, over their largest values, are so but for the effective place of the tip. Energies of fracture in motion, which in 20
-    cells are 10 % above the integral of G in the plane and 8 % below it in solids, are within 25 %."""
+    cells are 11 % above the integral of G in the plane and 14 % above it in solids, are within 25 %: of solids they were 29 % below, since the work of forces
+    that fall was booked as they fell, not as it was done."""
     text, most = GROWTH[name]
     plane, _, slab = slabs.twins(tmp_path, text)
     assert np.max(np.abs(slab["crack_length"] - plane["crack_length"])) < (most if "frame" in name else 1e-6) * np.ptp(plane["crack_length"])
