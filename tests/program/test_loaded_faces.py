@@ -59,14 +59,17 @@ def test_superposition(hampm, tmp_path, mode, stress):
 
 @pytest.mark.parametrize(("mode", "stress"), [("I", (0, PRESSURE)), ("II", (PRESSURE, 0))])
 def test_superposition_on_quadratic_cells(hampm, tmp_path, mode, stress):
-    """The node in the middle of a side gets its part of the tractions; u,1 is continued to a face as quadratic as it is."""
+    """The node in the middle of a side gets its part of the tractions; u,1 is continued to a face as quadratic as it is. Errors know by how much estimators differ, that of G by closure its
+    distance from J and J's from the energy: they are as far apart as twice J, and beside that the same."""
     scene = SCENE.replace("courant = 0.4", "time = 'static'").replace("&damping rate = 2e4 /\n", "").replace("history_interval = 5e-4 ", "").replace("cells = 29", "order = 2 cells = 29")
     faces, afar = (last_values(hampm, tmp_path, scene.replace("upper = 0.1, 0.06", "upper = 0.1, 0.06 points_per_cell = 3", 1) + place(*stress))
                    for place in (on_faces, from_afar))
     for name, tolerance in ((f"G_vcct_{mode}", 1e-9), ("J", 3e-4), (f"K_{mode}", 1e-4)):
         print(name, faces[name] / afar[name] - 1)
         assert faces[name] == pytest.approx(afar[name], rel=tolerance), name
-        assert faces[name + "_error"] == pytest.approx(afar[name + "_error"], rel=0.02), name
+        apart = max(2 * abs(faces["J"] / afar["J"] - 1), abs(faces[name] / afar[name] - 1))
+        relative, of_afar = faces[name + "_error"] / faces[name], afar[name + "_error"] / afar[name]
+        assert abs(relative - of_afar) < apart + 1e-3 * of_afar, name
 
 
 def last_values(hampm, tmp_path, scene):
