@@ -11,13 +11,16 @@ module hampm_cutting
    private
    public :: find_cut_cells
 
+   !> Least distance of a tip from the end of the cut, over the size of the leaf there: nearer nodes hold the crack together as if it
+   !> ended up to a quarter of a cell behind its tip.
+   real(dp), parameter :: least = 0.5_dp
+
 contains
 
    !> Find the leaves of a forest that lines cut, and their pieces.
-   pure subroutine find_cut_cells(forest, lines, least, cut)
+   pure subroutine find_cut_cells(forest, lines, cut)
       type(forest_t), intent(in) :: forest
       type(line_t), intent(in) :: lines(:)
-      real(dp), intent(in) :: least              !! least distance of a tip from the end of the cut [leaf size]
       type(cut_cells_t), intent(out) :: cut
       integer, allocatable :: leaf(:)            ! of each entry
       integer :: k
@@ -26,7 +29,7 @@ contains
       do k = 1, size(lines)                      ! as a whole it would leak in gfortran 12
          cut%lines(k) = lines(k)
       end do
-      call find_segments(forest, least, cut)
+      call find_segments(forest, cut)
       if (.not. cut%are_there()) return
       call find_leaves(forest, cut, leaf)
       do k = 1, size(leaf)
@@ -35,9 +38,8 @@ contains
    end subroutine find_cut_cells
 
    !> The segments of all lines; ends at tips are moved.
-   pure subroutine find_segments(forest, least, cut)
+   pure subroutine find_segments(forest, cut)
       type(forest_t), intent(in) :: forest
-      real(dp), intent(in) :: least              !! as in `find_cut_cells`
       type(cut_cells_t), intent(inout) :: cut
       real(dp), allocatable :: points(:, :)
       type(end_leaf_t) :: end
@@ -60,7 +62,7 @@ contains
                end%direction = end%direction/norm(end%direction)
             else
                call move_end(forest, cut%lines(line)%face, points(:, merge(last - 1, 2, k == 2)), points(:, last), end)
-               if (.not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, least, points(:, last), end)
+               if (.not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, last), end)
             end if
             if (cut%lines(line)%bonded(k) > 0) then
                associate (open => cut%lines(line)%open_part())
@@ -130,9 +132,8 @@ contains
 
    !> Cut leaves ahead of the tip, one by one, while a node of the edge at which the cut ends is behind the tip, or that edge is
    !> near: both faces share its nodes, which hold the crack together.
-   pure subroutine cut_ahead(forest, least, front, end)
+   pure subroutine cut_ahead(forest, front, end)
       type(forest_t), intent(in) :: forest
-      real(dp), intent(in) :: least              !! as in `find_cut_cells`
       real(dp), intent(inout) :: front(ndim)     !! where the cut ends [m]
       type(end_leaf_t), intent(inout) :: end
       integer, parameter :: most = 4             ! leaves; a line meets no more before an edge across it

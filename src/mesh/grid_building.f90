@@ -17,8 +17,6 @@ module hampm_grid_building
    private
    public :: build_grid, add_points
 
-   real(dp), parameter :: distance_of_nodes = 0.5_dp !! of quadratic cells, over their size
-
 contains
 
    !> Build the grid of a forest, with or without lines that cut. Fails where the memory does
@@ -43,7 +41,7 @@ contains
             grid%n_functions = points_of_quadratic
          end if
       end if
-      if (present(lines)) call find_cut_cells(forest, lines, merge(distance_of_nodes, 0.0_dp, grid%is_quadratic()), grid%cut_cells)
+      if (present(lines)) call find_cut_cells(forest, lines, grid%cut_cells)
       if (present(bodies)) then
          if (allocated(bodies)) then
             allocate (grid%bodies, source=bodies)
