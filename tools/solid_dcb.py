@@ -30,10 +30,10 @@ def main():
     seen = solid_pictures.survey(result, field, [1], options, SCALE)
     with plt.rc_context(STYLE):
         figure, (body, curve) = plt.subplots(1, 2, figsize=(9, 3.9), width_ratios=(1.9, 1), layout="constrained")
-        shades = colours(field, seen.values)
+        shades = colours(field, seen, options)
         canvas = solid_pictures.Canvas(body, result, field, SCALE, shades, options)
         canvas.show(1)
-        figure.colorbar(canvas.squares, ax=body, location="left", shrink=0.75, extend=shades.extend, label=f"{field.words} [{shades.unit}]")
+        figure.colorbar(canvas.colours, ax=body, location="left", shrink=0.75, extend=shades.extend, label=f"{field.words} [{shades.unit}]")
         found, = plot_front.curves_of(plot_front.parse([file, "--ligament", "ligament", "--scale", str(BEAM)]))
         place, reference = read_curve(ROOT / "tests/reference/solid/dcb.csv")
         for x, values, words, look in ((place, reference, "finite elements of degree 5", {"color": "black", "linewidth": 1}),

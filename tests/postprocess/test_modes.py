@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import animate
+import hampm as package
 from frames import OfMode, frames_of
 from history import ResultError
 
@@ -58,6 +59,20 @@ def test_a_film_of_a_mode_names_it(bar):
 def test_a_film_of_a_mode_is_written(bar, tmp_path):
     animate.main([str(bar), "--mode", "1", "--dpi", "20", "-o", str(tmp_path / "mode.gif")])
     assert (tmp_path / "mode.gif").read_bytes()[:4] == b"GIF8"
+
+
+def test_a_picture_of_modes_has_a_panel_for_each(bar):
+    """At its largest displacement, which is the same in all; a body that bends stays whole."""
+    figure = package.plot("modes", bar, modes=[1, 3])
+    *panels, _ = figure.axes
+    assert [axes.get_title().split(",")[0] for axes in panels] == ["mode 1", "mode 3"] and all(axes.get_title().endswith(" Hz") for axes in panels)
+    if frames_of(bar).dimensions == 2:
+        for axes in panels:
+            drawn = axes.collections[-1]
+            assert np.max(drawn.get_array()) == pytest.approx(drawn.norm.vmax, rel=0.1)
+            outline, = (path.vertices for path in axes.collections[3].get_paths())
+            corners = np.array([outline[np.argmin(outline @ way)] for way in ((1, 1), (1, -1))])
+            assert corners == pytest.approx(np.array([[0, 0], [0, 4]]), abs=0.05)      # where it is held
 
 
 def test_a_mode_that_is_not_there_is_refused(bar, dcb_result):
