@@ -271,6 +271,13 @@ def test_linear_fields_are_exact_up_to_edges_and_cracks():
     np.testing.assert_allclose(smooth.at(at, np.arange(400))[0][..., 0], np.where(above[:, None], of[1](at), of[0](at)), atol=1e-6)
 
 
+def test_a_crack_parts_particles_of_two_sizes():
+    """Of which one is so small that the crack is not near it."""
+    places, width = np.array([[0.0, 0.3], [0.1, -0.2], [0.3, 0.3]]), np.array([0.125, 0.25, 0.125])
+    one, other = pairs_of(places, width, np.ones(3), np.array([[[-1.0, 0.0], [1.0, 0.0]]]), np.array([False, True, False]))
+    assert [(int(a), int(b)) for a, b in zip(one, other) if a < b] == [(0, 2)]
+
+
 @pytest.mark.parametrize("places", [np.zeros((1, 2)), np.array([[0, 0], [1, 0], [2, 0.0]])])
 def test_few_particles_and_those_in_a_line_have_their_values(places):
     n = len(places)

@@ -105,7 +105,7 @@ def meeting(place, ray, start, end):
 
 
 def faces(crack, places, width, shift, segments, boxes):
-    """The two faces of a crack, left and right, each points that are moved by what moves the nearest particle on their side;
+    """The two faces of a crack, left and right, each points that are moved by shift(points, numbers) of the nearest particles on their side;
     NaN where there is none near, and outside of the body. At a tip both meet, in the mean of both. Shape (2, n, 2)."""
     step = max(width.min() / 2, max(np.linalg.norm(np.diff(crack.points, axis=0), axis=1)) / PARTS) if len(places) else np.inf
     moved = [[], []]
@@ -135,7 +135,7 @@ def are_within(points, lower, upper):
 
 
 def moved_by(line, normal, places, width, shift, segments):
-    """What moves the nearest particle that is seen from each point of a line, on the side of the normal."""
+    """How the nearest particle that is seen from each point of a line, on the side of the normal, moves it."""
     found = np.full(line.shape, np.nan)
     if not len(places):
         return found
@@ -145,5 +145,5 @@ def moved_by(line, normal, places, width, shift, segments):
         start = line + BESIDE / 2 * width[k, None] * normal
         is_near = distance[np.arange(len(line)), k] < REACH * width[k]
         chosen = np.isnan(found[:, 0]) & is_near & ((places[k] - line) @ normal > 0) & ~is_between(start, places[k], segments)
-        found[chosen] = shift[k[chosen]]
+        found[chosen] = shift(line[chosen], k[chosen])
     return found

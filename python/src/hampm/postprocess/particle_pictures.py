@@ -366,6 +366,7 @@ class Squares:
         self.divided = near(places, WIDE * width, segments)
         self.places = beside(places, particles.point_fields.get("side", np.zeros(len(places))), width, segments)
         self._body, (self._lower, self._upper) = particles.point_fields["body"].astype(int) - 1, scene.bodies()
+        self._smooth = None
         self._bodies, self._outlines = scene.body_groups(), [scene.outline(n) for n in range(1, scene.count("body") + 1)]
         self._torn = segments[:0] if is_symmetry else segments     # a crack on a plane of symmetry lies along an edge
         sides = [np.stack([line[:-1], line[1:]], axis=1) for line in self._outlines]
@@ -410,7 +411,8 @@ class Squares:
         is_same = before and np.array_equal(self._walls, before._walls) and self.places.shape == before.places.shape \
             and np.all(np.abs(self.places - before.places) < BESIDE * self._width[:, None])
         self._pairs = before._pairs if is_same else pairs_of(self.places, self._width, self._body, self._walls, self._cut)
-        return Smooth(self.places, self._width, np.column_stack([self._shift, values]), self._pairs)
+        self._smooth = Smooth(self.places, self._width, np.column_stack([self._shift, values]), self._pairs)
+        return self._smooth
 
     def outlines(self, plane, smooth):
         """The edges of bodies as they move, but for those on a plane of symmetry; NaN where there is no material. Lines (n, 2)."""
@@ -438,9 +440,12 @@ class Squares:
         return found
 
     def faces(self, crack):
-        """The faces of a crack."""
-        beside = (item[self.divided] for item in (self.places, self._width, self._shift))
-        return faces(crack, *beside, self._segments, (self._lower, self._upper))
+        """The faces of a crack, which follow the displacements between particles where these are smooth."""
+        beside, smooth = np.flatnonzero(self.divided), self._smooth
+
+        def shift(points, numbers):
+            return self._shift[beside[numbers]] if smooth is None else smooth.at(points[:, None], beside[numbers])[0][:, 0, :2]
+        return faces(crack, self.places[beside], self._width[beside], shift, self._segments, (self._lower, self._upper))
 
 
 def add_colour_bar(figure, axes, canvas):

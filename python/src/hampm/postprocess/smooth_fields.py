@@ -59,13 +59,13 @@ class Smooth:
 
 def pairs_of(places, width, body, segments, divided):
     """Particles and their neighbours, themselves among them, each pair in both orders: of one body, near, and not on two sides of a
-    segment, which is looked for between those that are `divided`. Shape (2, p)."""
+    segment, which is looked for where one is `divided`. Shape (2, p)."""
     own = np.arange(len(places))
     one, other = beside_each_other(places)
     near = np.linalg.norm(places[one] - places[other], axis=1) < FAR * np.maximum(width[one], width[other])
     near &= body[one] == body[other]
     one, other = one[near], other[near]
-    asked = divided[one] & divided[other]
+    asked = divided[one] | divided[other]       # the smaller of two may be too far
     kept = ~asked
     kept[asked] = ~is_between(places[one[asked]], places[other[asked]], segments)
     one, other = one[kept], other[kept]
