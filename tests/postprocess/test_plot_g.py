@@ -182,3 +182,10 @@ def test_up_to_eight_curves_have_their_names_beside_them(tmp_path):
 def test_the_unit_of_time_suits_the_run(dcb_file):
     assert drawn([dcb_file]).axes[0].get_xlabel() == "time $t$ [ms]"
     assert [pictures.time_unit(longest)[1] for longest in (2.0, 0.5, 2e-4, 3e-8, 0.0)] == ["s", "ms", "µs", "ns", "s"]
+
+
+@pytest.mark.parametrize(("name", "is_one"), [("G_domain_I", True), ("G_vcct_II_tip2", True), ("G_domain_I_error", False), ("G_tip2", False), ("G_moving_average", False),
+                                              ("G_moving_average_tip3", False)])
+def test_estimators_are_compared_at_a_time(name, is_one):
+    """A mean over an advance lags behind a G that rises: a picture or a report would show that as a difference between estimators."""
+    assert plot_g.is_estimator(name) == is_one

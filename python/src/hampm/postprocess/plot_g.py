@@ -265,8 +265,8 @@ def columns(history, options):
 
 
 def is_estimator(name):
-    """Whether a column is an energy release rate by one estimator and mode, at any tip, not that of both modes."""
-    return name.startswith("G_") and not is_error(name) and OF_TIP.sub("", name) != "G"
+    """Whether a column is an energy release rate by one estimator and mode, at any tip, not that of both modes, nor its mean over an advance."""
+    return name.startswith("G_") and not is_error(name) and OF_TIP.sub("", name) not in ("G", "G_moving_average")
 
 
 def styles(shown, options):
