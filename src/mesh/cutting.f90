@@ -11,8 +11,8 @@ module hampm_cutting
    private
    public :: find_cut_cells
 
-   !> Least distance of a tip from the end of the cut, over the size of the leaf there: nearer nodes hold the crack together as if it
-   !> ended up to a quarter of a cell behind its tip.
+   !> Least distance of a tip from the end of the cut, over the size of the leaf there: nearer nodes hold the crack together as if
+   !> it ended up to a quarter of a cell behind its tip.
    real(dp), parameter :: least = 0.5_dp
 
 contains
