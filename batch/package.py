@@ -12,6 +12,6 @@ try:
     from hampm.program import program_of_model, program_of_scripts  # noqa: F401
     from hampm.scripts import ResultError, run  # noqa: F401
 except ImportError as missing:
-    sys.exit(f"{missing}: run tools/setup.sh with a Python of 3.11 to 3.13 and use .venv/bin/python")
+    sys.exit(f"{missing}: run tools/setup.sh batch with a Python of 3.11 to 3.13 and use .venv/bin/python")
 
 PROGRAM = program_of_scripts()

@@ -30,7 +30,7 @@ def pages():
 
 def words(page):
     """Of the text that is read: without commands, formulas, tables and answers that are folded."""
-    text = re.sub(r"<details>.*?</details>|^```.*?^```|\$`.*?`\$|^\|.*$", " ", page.read_text(), flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"<details>.*?</details>|^```.*?^```|\$`.*?`\$|^\|[^\n]*$", " ", page.read_text(), flags=re.DOTALL | re.MULTILINE)
     return len(re.findall(r"\w+", text))
 
 

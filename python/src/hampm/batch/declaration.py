@@ -189,7 +189,10 @@ class Reader:
         self.path, self.groups = path, groups
         self.mistakes: list[str] = []
         self.units: dict[str, str] = {}
-        from .yaml_text import read_yaml   # which needs PyYAML
+        try:
+            from .yaml_text import read_yaml
+        except ImportError as missing:
+            raise ResultError(f"{path}: sweeps need PyYAML ({missing}): tools/setup.sh batch, or pip install pyyaml") from missing
         self.items: Any = read_yaml(path)
         if not isinstance(self.items, dict):
             raise ResultError(f"{path}:1: not keys and values; a sweep begins with 'namelist: FILE'")
