@@ -227,7 +227,7 @@ contains
       real(dp), intent(in) :: reach              !! [m]
       integer, allocatable, intent(out) :: found(:) !! in the order of their numbers
       real(dp) :: places(ndim, interfaces%n)
-      integer :: k
+      integer :: k, visits
       allocate (found(0))
       if (interfaces%n == 0) return
       if (.not. near%is_built) then
@@ -236,7 +236,9 @@ contains
          end do
          call near%sort(places, 2*max(interfaces%list(:interfaces%n)%cell, interfaces%list(:interfaces%n)%length))
       end if
-      call near%find(origin, reach, found)
+      visits = near%visits
+      call near%find(origin, reach, found, visits)
+      near%visits = visits
    end subroutine find_points
 
    !> Make the table by which many tips find the points of their discs.
