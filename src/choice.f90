@@ -451,6 +451,7 @@ contains
       real(dp) :: differs, gained, last
       type(mesh_t) :: before
       integer :: family, k
+      logical :: traps                           ! whether values differ more than they were to where levels are
       logical :: deepens                         ! whether the second mesh is the first one with more levels
       logical :: keeps                           ! whether the run kept within the limits
       goes = .false.
@@ -496,12 +497,21 @@ contains
                if (trials%family%time == 'explicit' .and. (choice%mesh%levels /= trials%compared%levels .or. &
                                                            choice%mesh%lattice <= trials%compared%lattice)) &
                   choice%reached = max(choice%reached, differs) ! either may have waves of its cells
-               trials%compared = choice%mesh
-               trials%values = pilot%values
                if (choice%reached <= 1) return
             end if
             factor = max(choice%reached/max(choice%predicted, least_predicted), least_factor)
-            call trials%learn(choice%reached, choice%mesh, factor)
+            traps = trials%of_tips > 0 .and. pilot%error <= 1 .and. trials%family%time == 'explicit' .and. choice%mesh%levels > 0
+            if (compares .and. .not. traps) then
+               trials%compared = choice%mesh
+               trials%values = pilot%values
+            end if
+            if (traps) then                      ! waves of the cells, by levels: smaller cells instead, beside those of the pilot
+               trials%of_cells = trials%of_cells + trials%of_tips
+               trials%of_tips = 0
+               factor = 1
+            else
+               call trials%learn(choice%reached, choice%mesh, factor)
+            end if
             do k = 1, size(choice%trials)        ! pilots of others had the same rows, and hoped for as much
                if (k == family .or. .not. (compares .and. choice%trials(k)%compares)) cycle
                choice%trials(k)%of_cells = factor*choice%trials(k)%of_cells
