@@ -522,8 +522,8 @@ module hampm_key_table
          example='K_I', required=.true.), &
       key_t('error', type_real, 'estimated error that it may have at most, as part of its value', example='0.01', &
          allowed='(0, 1)', lowest=0.0_dp, above=.true., highest=1.0_dp, below=.true., required=.true.), &
-      key_t('at', type_name, 'in the last row, in that with the largest value, in the root mean square of all rows, or '// &
-         'in each, as part of the largest value', default='end', allowed='end|largest|mean|all'), &
+      key_t('at', type_name, 'of the last row, of that with the largest value, the root mean square of all, or all, as '// &
+         'parts of the largest value', default='end', allowed='end|largest|mean|all'), &
       key_t('most_time', type_real, 'predicted duration that the run may have at most; 0: any', default='0.0', unit='s', &
          allowed='[0, inf)', lowest=0.0_dp), &
       key_t('most_memory', type_real, 'predicted memory that the run may take at most; 0: what there is', default='0.0', &

@@ -53,6 +53,12 @@ contains
             asked(k)%of_value = [asked(k)%of_value, i]
             asked(k)%of_error = [asked(k)%of_error, error]
          end do
+         associate (n => history%columns(asked(k)%of_value)%n) ! K of a front as a row has it is its mean
+            if (any(n == 1)) then
+               asked(k)%of_error = pack(asked(k)%of_error, n == 1)
+               asked(k)%of_value = pack(asked(k)%of_value, n == 1)
+            end if
+         end associate
          if (size(asked(k)%of_value) == 0) call failure%report(exit_input, '&accuracy quantity = '''//trim(keys(k)%quantity)// &
             ''': the history has no such column with an estimated error; those that it has: '//with_error(:len(with_error) - 2))
       end do

@@ -785,8 +785,8 @@ def test_faces_that_press_on_each_other_in_motion_are_as_firm_as_at_rest(case):
     full = case("closed_in_motion", text=text(damping))
     for tip in ("", "_tip2"):
         print(full.row[f"J{tip}"][-1], rest.row[f"J{tip}"][-1], rest.row[f"K_II{tip}"][-1] ** 2 / 3e9)
-        assert full.row[f"J{tip}"][-1] == pytest.approx(rest.row[f"J{tip}"][-1], abs=8e-4) # 5 % of what the integral gives before it is held to what the slip can make
-        assert full.row[f"K_II{tip}"][-1] == pytest.approx(rest.row[f"K_II{tip}"][-1], rel=1e-2)
+        assert full.row[f"J{tip}"][-1] == pytest.approx(rest.row[f"J{tip}"][-1], abs=0.1 * rest.row[f"J_error{tip}"][-1]) # of two integrals that nearly cancel
+        assert full.row[f"K_II{tip}"][-1] == pytest.approx(rest.row[f"K_II{tip}"][-1], rel=1.5e-2)
 
 
 def test_small_pieces_of_cells_beside_finer_ones_at_rest(case):

@@ -101,6 +101,11 @@ def answers(driver, cases, folder):
 MESSAGE = re.compile(rb"[\x20-\x7e\n]+")
 
 
+def as_used(text):
+    """The model as used, of an answer: nothing of one whose lattice is yet to be chosen."""
+    return text[:text.rfind(b"\n/\n") + 3] if b"\n/\n" in text else b""
+
+
 def check_answer(case, answer, plain, keys):
     """Whether a case was accepted; a `Finding` where the answer is wrong. `plain` are the scenes without any change, as used."""
     kind, base, texts = case
@@ -120,9 +125,8 @@ def check_answer(case, answer, plain, keys):
         elif code:
             wrong = []
         else:
-            as_used = text[:text.rindex(b"\n/\n") + 3]
-            wrong = oracle.differences(texts[0], texts[1:], as_used, keys)
-            if kind == "style" and as_used != plain[base]:
+            wrong = oracle.differences(texts[0], texts[1:], as_used(text), keys) if as_used(text) else []
+            if kind == "style" and as_used(text) != plain[base]:
                 wrong.append("another style is another scene")
     except oracle.Refused as reason:
         wrong = [] if code else [f"accepted, but: {reason}"]
@@ -139,7 +143,7 @@ def fuzz(cases, seed, driver, program):
     counts, source, longest = Counter(), random.Random(seed), 0.0
     with tempfile.TemporaryDirectory() as folder:
         given = answers(driver, [("none", base, [text.encode()]) for base, text in enumerate(SCENES)], Path(folder))
-        plain = [text[:text.rindex(b"\n/\n") + 3] for _, _, text in given]
+        plain = [as_used(text) for _, _, text in given]
         for first in range(0, cases, BATCH):
             batch = [make_case(source) for _ in range(min(BATCH, cases - first))]
             for number, (case, answer) in enumerate(zip(batch, answers(driver, batch, Path(folder)))):

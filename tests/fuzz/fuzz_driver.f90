@@ -69,7 +69,7 @@ contains
       character(:), allocatable :: report
       report = ''
       call understand_model(file, text, overrides, model, failure)
-      if (.not. failure%failed()) then
+      if (.not. (failure%failed() .or. model%lacks_lattice)) then ! which &accuracy chooses: nothing is written before
          call understand_model(file, model%as_used, none, again, second)
          if (second%failed()) call stop_with('what was understood is refused: '//second%message, text)
          if (again%as_used /= model%as_used) call stop_with('what was understood reads as something else', text)

@@ -99,9 +99,10 @@ def test_faces_take_their_toughness_where_the_body_yields(grow):
     """The rest of J is taken by what yields. Fronts followed all of J: their faces took 8.0 and 4.0 J/m2, and went 4.7 mm where a tip goes 2.6."""
     for stress in (2e7, 1.2e7):
         row = grow("motion", law=f"law = 'j2_plastic'  yield_stress = {stress}  volumetric = 'b_bar'")
-        taken = row["fracture_energy"][-1] / (H * row["way"][-1])
+        runs = np.flatnonzero(np.diff(row["way"]) > 0)[-1] # forces behind one that rests are pushed and pulled by waves
+        taken = row["fracture_energy"][runs] / (H * row["way"][runs])
         print(stress, row["way"][-1], taken)
-        assert 8.2 < taken < 10.8 and row["way"][-1] > 1.5e-3
+        assert 8.8 < taken < 11.2 and row["way"][-1] > 1.5e-3
 
 
 @pytest.mark.parametrize("way", WAYS)

@@ -197,8 +197,10 @@ def test_errors_in_motion_are_those_of_any_load(text, hampm, request):
     assert names
     for name in names:
         assert full[name][-1] > 0, name
+        value = full[name.replace("_error", "")]
+        there = np.abs(value) > 1e-9 * np.max(np.abs(value)) # before a wave has come, the place of the largest G is one of rounding
         assert half[name] == pytest.approx(full[name] / 4, rel=1e-6), name
-        assert third[name] == pytest.approx(full[name] * 0.375**2, rel=1e-6), name
+        assert third[name][there] == pytest.approx(full[name][there] * 0.375**2, rel=1e-6), name
 
 
 FLIES_AGAINST = """&run end_time = {end!r} /
