@@ -524,7 +524,7 @@ class Accuracy(Group):
     error: float | None
     """Estimated error that it may have at most, as part of its value; (0, 1); required"""
     at: Literal['end', 'largest', 'mean', 'all'] | None
-    """In the last row, in that with the largest value, in the root mean square of all rows, or in each, as part of the largest; default 'end'"""
+    """Of the last row, of that with the largest value, the root mean square of all, or all, as parts of the largest value; default 'end'"""
     most_time: float | None
     """Predicted duration that the run may have at most; 0: any [s]; [0, inf); default 0.0"""
     most_memory: float | None
