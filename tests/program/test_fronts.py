@@ -76,7 +76,8 @@ def test_bars_where_a_front_turns_with_the_lattice(tmp_path):
     for name, right in (("K_I", k), ("G_mean", g)):
         print(name, history[name][-1] / right - 1, history[f"{name}_error"][-1] / right)
         assert abs(history[name][-1] - right) < history[f"{name}_error"][-1] < 0.03 * right
-    assert history["G_largest_error"][-1] == along["G_error"][-1][np.argmax(along["G"][-1])]
+    g, error = along["G"][-1], along["G_error"][-1] # any place may have the largest G
+    assert history["G_largest_error"][-1] == pytest.approx(max(np.max(g + error) - np.max(g), np.max(g) - np.max(g - error)))
 
 
 def test_pressed_faces(tmp_path):
