@@ -327,6 +327,9 @@ class Reader:
             kind, name = keys.get("kind", "symmetry"), keys.get("name", "")
             if kind == "path":
                 points, ends = self.place(keys["points"]), ["last", "first"]
+            elif kind == "plane" and "center" in keys:
+                way = listed(keys["radii"])[0] / self.cell * np.array([1.0, 0.0] if keys["normal"] == "y" else [0.0, 1.0])
+                points, ends = self.place(keys["center"])[0] + np.array([-way, way]), ["last", "first"]
             else:
                 tip, direction = self.place(keys["tip"])[0], unit(np.array(listed(keys.get("direction", [1.0, 0.0]))))
                 length, ends = keys.get("length", 0.0) / self.cell, ["last", "first"]
