@@ -100,8 +100,8 @@ contains
       logical, intent(in) :: at_end              !! whether its force depends on the step
       real(dp) :: force(ndim), across, hold, stored
       force = force_of(as_felt(point, at_end))
-      stored = energy_of(point)
-      if (at_end) stored = energy_between(point)
+      stored = energy_of(as_felt(point, at_end))
+      if (at_end .and. point%plane > 0) stored = energy_between(point) ! of tips the frames would differ by more
       if (point%line > 0) then                  ! pressure stays, and friction
          across = min(0.0_dp, dot_product(force, point%normal))
          hold = dot_product(force, along(point))

@@ -184,7 +184,7 @@ def test_a_crack_that_turns_under_a_load_that_moves(hampm, direction):
     assert row["crack_length"][-1] > row["crack_length"][0] + 4e-3 and abs(row["tip_angle"][-1] - 90) > 3
     assert row["frame_displacement"] == pytest.approx(0.25e-3 * row["time"] / 6, rel=1e-8, abs=1e-14)
     grown = row["crack_length"] > row["crack_length"][0] + 1e-6
-    assert np.all(row["G"] < 102.0) and np.all(row["G"][grown] > 85)  # an increment that turns has two of the finest cells at least
+    assert np.all(row["G"] < 102.0) and np.all(row["G"][grown] > 84.5)  # an increment that turns has two of the finest cells at least
     if direction == "local_symmetry":
         assert np.all(np.abs(row["K_II"][np.diff(row["crack_length"], prepend=0) > 0][1:]) < 1.1e-3 * row["K_I"][-1])
 
