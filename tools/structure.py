@@ -5,6 +5,7 @@
     python tools/structure.py --chain run take_step ...    the shortest chain of calls from one procedure to the next of these
     python tools/structure.py --velocity                   the files that one opens to follow a particle's velocity to G
     python tools/structure.py --walks                      files and depth of the five walks of CONTRIBUTING.md
+    python tools/structure.py --walks 4                    the procedures of one, each below its caller, with file and what it does
 
 --velocity counts the files on the shortest chains of calls from the start of the program to each procedure that names the velocity,
 that is handed one, that names a column such as G_vcct_I, or whose own name then begins with `vcct`; and the files
@@ -21,6 +22,7 @@ dummy procedure is not seen, but who hands the procedure on is.
 """
 
 import argparse
+import csv
 import re
 import sys
 from collections import Counter, deque
@@ -43,7 +45,6 @@ STEPS = {  # from the loop of a run to where a step is done
                               ("run.advance_to_row", "take_step", "step_in_tiles", "element_kernels.mass_by_lines"),
                               ("run.advance_to_row", "take_step", "step_in_stages", "element_kernels.mass_by_lines"))}
 COLUMN = re.compile(r"G_(\w+)_I{0,2}$")
-STEP = re.compile(r"^\| (`\w+`(?:, `\w+`)*) \| `src/([\w/]+\.f90)` \| (?:`(\w+)`)?(?:, bound as `(\w+)` in `src/([\w/]+\.f90)`)? ?\|", re.MULTILINE)
 WALK = re.compile(r"^\| (\d)\. [^|]+ \| `(input/[\w/]+\.nml)` \| ([A-Z, ]+) \| (\d+) \| (\d+) \|$", re.MULTILINE)
 
 
@@ -181,13 +182,24 @@ def walks(calls):
         yield way, {scope.path for chain in chains for scope in chain}, max(len(calls.chain(*map(calls.find, points))) - 1 for points in steps)
 
 
-def written_walks(page):
-    """The walks that CONTRIBUTING.md has: (model, steps, files, depth) each; a step is (procedures, file, caller, name by which that calls
-    them where they are bound at run time, file that binds them)."""
-    parts = re.split(r"^#### (\w)\. .*$", page.partition("### Five walks")[2].partition("\n## ")[0], flags=re.MULTILINE)
-    tables = dict(zip(parts[1::2], map(STEP.findall, parts[2::2])))
+def written_walks(page, rows):
+    """The walks that CONTRIBUTING.md has, of the rows of tools/walks.csv: (model, steps, files, depth) each; a step is (procedures, file, caller,
+    name by which that calls them where they are bound at run time, file that binds them, what they do)."""
+    tables = {}
+    for table, *step in list(rows)[1:]:
+        tables.setdefault(table, []).append(tuple(step))
     return [(model, [step for table in (*shared.split(", "), number) for step in tables[table]], int(files), int(depth))
-            for number, model, shared, files, depth in WALK.findall(parts[0])]
+            for number, model, shared, files, depth in WALK.findall(page.partition("### Five walks")[2].partition("\n## ")[0])]
+
+
+def shown_walk(steps):
+    """The lines of a walk: the steps that a procedure calls stand below it, in their order."""
+    def below(callers, depth):
+        for names, path, caller, _, _, what in steps:
+            if caller in callers:
+                yield f"{'  ' * depth + names.replace(' ', ', '):44} {path:40} {what}"
+                yield from below(names.split(), depth + 1)
+    return below([""], 0)
 
 
 def walked(program, steps):
@@ -211,8 +223,8 @@ def walked(program, steps):
         raise ValueError(f"{caller.title()} does not call {callee.title()}")
 
     depth, at = {}, {}
-    for names, path, caller, binding, binder in steps:
-        for name in re.findall(r"\w+", names):
+    for names, path, caller, binding, binder, _ in steps:
+        for name in names.split():
             if (scope := scopes.get((path, name))) is None:
                 raise ValueError(f"src/{path}: there is no {name}")
             if at and caller not in at:
@@ -222,7 +234,7 @@ def walked(program, steps):
             if binder and not any(scope in calls_of(other) for other in scopes.values() if str(other.path) == binder):
                 raise ValueError(f"src/{binder} does not bind {name}")
             depth[name] = depth[caller] + calls_between(at[caller], scope, binding) if caller else 0
-    return {str(scope.path) for scope in at.values()} | {binder for *_, binder in steps if binder}, max(depth.values())
+    return {str(scope.path) for scope in at.values()} | {binder for *_, binder, _ in steps if binder}, max(depth.values())
 
 
 def followed(calls, word="velocity"):
@@ -349,7 +361,7 @@ def main():
     parser.add_argument("--chain", metavar="PROCEDURE", nargs="+")
     parser.add_argument("--velocity", action="store_true")
     parser.add_argument("--executed", action="store_true")
-    parser.add_argument("--walks", action="store_true")
+    parser.add_argument("--walks", metavar="NUMBER", nargs="?", const=0, type=int, choices=range(6))
     options = parser.parse_args()
     program = read(SOURCES)
     page = (ROOT / "CONTRIBUTING.md").read_text()
@@ -365,11 +377,13 @@ def main():
         why = followed(calls)
         print(f"from the velocity of a &body to G: {len(why)} files")
         print(*(f"  {path!s:36} {text}" for path, text in sorted(why.items())), sep="\n")
-    if options.walks:
-        for model, steps, *_ in written_walks(page):
+    if options.walks is not None:
+        with open(ROOT / "tools/walks.csv", newline="", encoding="utf-8") as file:
+            written = written_walks(page, csv.reader(file))
+        for model, steps, *_ in written[options.walks - 1:options.walks] if options.walks else written:
             files, depth = walked(program, steps)
-            print(f"{model}: {len(steps)} steps, {len(files)} files, {depth} calls deep")
-    if not (options.svg or options.chain or options.velocity or options.walks):
+            print(f"{model}: {len(steps)} steps, {len(files)} files, {depth} calls deep", *(shown_walk(steps) if options.walks else ()), sep="\n")
+    if not (options.svg or options.chain or options.velocity or options.walks is not None):
         print(*report(program, reading_order(page)), sep="\n")
 
 

@@ -1,7 +1,8 @@
-"""CONTRIBUTING shows five walks through the sources, and the sources have each of their steps."""
+"""CONTRIBUTING names five walks through the sources, tools/walks.csv has their steps, and the sources have each of these."""
 
-import re
+import csv
 import sys
+from collections import Counter
 
 import pytest
 
@@ -10,10 +11,11 @@ from paths import ROOT
 sys.path.insert(0, str(ROOT / "tools"))
 
 from fortran import Program, read  # noqa: E402
-from structure import SOURCES, walked, written_walks  # noqa: E402
+from structure import SOURCES, shown_walk, walked, written_walks  # noqa: E402
 
 PAGE = (ROOT / "CONTRIBUTING.md").read_text()
-WALKS = written_walks(PAGE)
+ROWS = list(csv.reader((ROOT / "tools/walks.csv").read_text().splitlines()))
+WALKS = written_walks(PAGE, ROWS)
 MOST_ROWS = 20
 SMALL = Program({"main.f90": "program main\nuse run_m\ncall run()\nend program", "time/run.f90": """
 module run_m
@@ -37,7 +39,7 @@ contains
    subroutine first()
    end subroutine
 end module"""})
-START = [("`main`", "main.f90", "", "", ""), ("`run`", "time/run.f90", "main", "", "")]
+START = [("main", "main.f90", "", "", "", "starts"), ("run", "time/run.f90", "main", "", "", "runs")]
 
 
 @pytest.fixture(scope="module")
@@ -45,13 +47,12 @@ def program():
     return read(SOURCES)
 
 
-def test_five_walks_are_there_and_every_row_of_their_tables_is_read():
-    part = PAGE.partition("### Five walks")[2].partition("\n## ")[0]
+def test_five_walks_are_there_and_each_step_is_shown():
     assert len(WALKS) == 5
     assert all((ROOT / model).is_file() for model, *_ in WALKS)
-    tables = [re.findall(r"^\| `.*$", text, re.MULTILINE) for text in part.split("\n#### ")[1:]]
-    assert max(map(len, tables)) <= MOST_ROWS
-    assert len({step for _, steps, *_ in WALKS for step in steps}) == len({row.rpartition(" | ")[0] for rows in tables for row in rows})
+    assert max(Counter(row[0] for row in ROWS).values()) <= MOST_ROWS
+    assert {step for _, steps, *_ in WALKS for step in steps} == {tuple(row[1:]) for row in ROWS[1:]} and all(row[-1] for row in ROWS)
+    assert all(len(list(shown_walk(steps))) == len(steps) for _, steps, *_ in WALKS)
 
 
 @pytest.mark.parametrize(("model", "steps", "files", "depth"), WALKS, ids=[model for model, *_ in WALKS])
@@ -62,16 +63,16 @@ def test_a_walk_is_in_the_sources_and_as_long_and_deep_as_told(program, model, s
 
 
 def test_files_and_calls_are_counted():
-    more = [("`first`", "law/table.f90", "run", "find", "law/table.f90"), ("`other`", "time/run.f90", "run", "", "")]
+    more = [("first", "law/table.f90", "run", "find", "law/table.f90", ""), ("other", "time/run.f90", "run", "", "", "")]
     assert walked(SMALL, START + more) == ({"main.f90", "time/run.f90", "law/table.f90"}, 3)
 
 
 @pytest.mark.parametrize(("step", "message"), [
-    (("`gone`", "time/run.f90", "run", "", ""), "there is no gone"), (("`first`", "time/run.f90", "run", "", ""), "there is no first"),
-    (("`other`", "time/run.f90", "inner", "", ""), "inner is no step before it"), (("`other`", "time/run.f90", "", "", ""), "the caller is no step"),
-    (("`other`", "time/run.f90", "main", "", ""), "main does not call run_m.other"), (("`first`", "law/table.f90", "run", "", ""), "does not call"),
-    (("`first`", "law/table.f90", "run", "mark", "law/table.f90"), "does not call"),
-    (("`first`", "law/table.f90", "run", "find", "main.f90"), "does not bind first")])
+    (("gone", "time/run.f90", "run", "", "", ""), "there is no gone"), (("first", "time/run.f90", "run", "", "", ""), "there is no first"),
+    (("other", "time/run.f90", "inner", "", "", ""), "inner is no step before it"), (("other", "time/run.f90", "", "", "", ""), "the caller is no step"),
+    (("other", "time/run.f90", "main", "", "", ""), "main does not call run_m.other"), (("first", "law/table.f90", "run", "", "", ""), "does not call"),
+    (("first", "law/table.f90", "run", "mark", "law/table.f90", ""), "does not call"),
+    (("first", "law/table.f90", "run", "find", "main.f90", ""), "does not bind first")])
 def test_steps_that_the_sources_do_not_have_are_found(step, message):
     with pytest.raises(ValueError, match=message):
         walked(SMALL, [*START, step])
