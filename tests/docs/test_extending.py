@@ -14,14 +14,16 @@ from paths import ROOT
 
 PAGE = (ROOT / "docs/how-to/extending.md").read_text()
 BLOCK = re.compile(r"^```(fortran|toml|diff) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FILE = re.compile(r"\[`(src/\S+)`\]\((extending/\S+)\)")
 FILES = {"A material law": (1, 1), "A key": (0, 2), "A group": (1, 1), "An estimator": (1, 1),
          "A law of crack growth": (1, 2), "An indicator of refinement": (1, 2)}  # new, changed
 
 
 def sections():
-    """Of each section: its blocks as (kind, file, text)."""
+    """Of each section: its blocks, and the files beside the page that it links, as (kind, file, text)."""
     parts = re.split(r"^## (.*)$", PAGE, flags=re.MULTILINE)
-    return {title: BLOCK.findall(text) for title, text in zip(parts[1::2], parts[2::2])}
+    return {title: BLOCK.findall(text) + [("fortran", name, (ROOT / "docs/how-to" / place).read_text()) for name, place in FILE.findall(text)]
+            for title, text in zip(parts[1::2], parts[2::2])}
 
 
 def hunks(text):

@@ -26,7 +26,7 @@ def test_every_source_file_that_a_page_names_exists():
     """Or is made by a change that the page shows, or by a solution of an exercise."""
     solved = {name for patch in (ROOT / "docs").rglob("*.patch") for name in re.findall(r"^\+\+\+ b/(\S+)$", patch.read_text(), re.MULTILINE)}
     for page in sorted((ROOT / "docs").rglob("*.md")):
-        made = solved | set(re.findall(r"^```(?:fortran|toml) (\S+)$", page.read_text(), re.MULTILINE))
+        made = solved | set(re.findall(r"(?:^```(?:fortran|toml) |\[`)(src/\S+?)(?:$|`\]\(extending/)", page.read_text(), re.MULTILINE))
         for name in re.findall(r"\b(?:(?:python/)?src|tests|bench|postprocess|input|tools)/[\w/]+\.(?:f90|py|nml|toml|csv|sh)\b", page.read_text()):
             assert name in made or (ROOT / name).exists(), f"{page.name}: {name}"
 
