@@ -84,21 +84,24 @@ def about(key):
 def columns_of(page):
     """Name, unit, meaning and where it is recorded of each column in the tables of a page. Those of fronts, which have names of histories, come last."""
     found = {}
-    for head, table in re.findall(r"^(\|[^\n]*column[^\n]* \| units \|[^\n]*|\| of solids \| units \|[^\n]*)\n\|[-|]+\n((?:\|[^\n]*\n)+)", page, re.MULTILINE):
-        before = ""
-        for row in table.splitlines():
-            names, unit, meaning, recorded = (cell.strip() for cell in row.strip("|").split(" | "))
-            before = recorded = re.sub("^the same", lambda _: before, recorded)
-            for name in [*re.findall(r"`(\w[\w<>]*)`", names), *also(names + recorded, head)]:
-                found.setdefault((head.startswith("| of solids"), re.sub(r"^J_\d$", "J_[0-9]+", name)),
-                                 {"unit": unit, "meaning": re.sub("mode I$", f"mode {name.split('_')[-1]}", meaning) if name in also(names + recorded, head) else meaning, "recorded": re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", recorded).replace("`", "")})
+    for head, name, *about in columns_in_tables(page):
+        found.setdefault((head.startswith("| of solids"), re.sub(r"^J_\d$", "J_[0-9]+", name)), dict(zip(("unit", "meaning", "recorded"), about)))
     return [{"name": name} | about for (_, name), about in sorted(found.items(), key=lambda item: item[0][0])]
 
 
-def also(words, head):
-    """Further names in a row of solids: "so K_II and K_III", "so y and z"."""
-    found = re.search(r"so ([\w_]+) and ([\w_]+)", words) if head.startswith("| of solids") else None
-    return found.groups() if found else ()
+def columns_in_tables(page):
+    """Head of the table, name, unit, meaning and where it is recorded of each column. A name such as `_y` has the beginning of the first of its row;
+    behind ± each name has a column of its estimated error."""
+    for head, table in re.findall(r"^(\|[^\n]*column[^\n]* \| units \|[^\n]*|\| of solids \| units \|[^\n]*)\n\|[-|]+\n((?:\|[^\n]*\n)+)", page, re.MULTILINE):
+        for row in table.splitlines():
+            names, unit, meaning, recorded = (cell.strip() for cell in row.strip("|").split(" | "))
+            recorded = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", recorded).replace("`", "")
+            first, *others = re.findall(r"`([\w<>]+)`", names)
+            for name in (first, *(first.rpartition("_")[0] + other if other.startswith("_") else other for other in others)):
+                part, of_first = (re.search(r"_(I+|[xyz]+)(?=_by|$)", word) for word in (name, first))
+                yield head, name, unit, re.sub(rf"\b{of_first[1]}$", part[1], meaning) if part and of_first else meaning, recorded
+                if names.endswith("±"):
+                    yield head, f"{name}_error", unit, f"estimated error of {name}", recorded
 
 
 # --- the JSON schema ----------------------------------------------------------------------------------------------------

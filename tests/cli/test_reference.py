@@ -12,6 +12,7 @@ from paths import INPUT, ROOT, SOLID_PROGRAM
 
 sys.path.insert(0, str(ROOT / "tools"))
 
+from python_groups import columns_in_tables  # noqa: E402
 from schema import Schema  # noqa: E402
 
 DOCS = ROOT / "docs/reference"
@@ -106,7 +107,7 @@ def test_page_of_places_names_only_groups_keys_and_choices_that_exist(choices):
 
 
 def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
-    documented = {row[0].split(",")[0]: (row[1], row[2]) for row in rows("results.md", "| column |")}
+    documented = documented_columns("| column |")
     recorded = {}
     held = "&constraint lower = 0.1, 0.0 upper = 0.1, 0.02 fix = 'xy' name = 'grip' /\n"
     settings = ("run.end_time=1e-7", "output.history_interval=1e-7", "output.snapshot_interval=0",
@@ -144,8 +145,20 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
         with h5py.File(tmp_path / f"{name}.h5") as file:
             for column, data in file["history"].items():
                 column = re.sub("_grip(?=_|$)", "_<name>", column)
-                recorded.setdefault(column, (data.attrs["units"], re.sub("radius .* m$", "radius R m", data.attrs["long_name"].replace(" of grip", " of <name>"))))
+                recorded.setdefault(column, (data.attrs["units"], re.sub("radius .* m$", "radius R m", long_name(column, data))))
     assert {column: texts for column, texts in recorded.items() if not re.fullmatch("J_[2-9]", column)} == documented
+
+
+def documented_columns(head, where=""):
+    """Unit and long name of the columns in the tables with this head; estimated errors of a column are told by ± behind its name."""
+    return {name: (unit, long_name(name, meaning)) for of, name, unit, meaning, recorded in columns_in_tables((DOCS / "results.md").read_text())
+            if of.startswith(head) and where in recorded and not re.fullmatch("J_[2-9]", name)}
+
+
+def long_name(column, text):
+    """The long name of a column, from its dataset or the page; all estimated errors have the same."""
+    text = (text if isinstance(text, str) else text.attrs["long_name"]).replace(" of grip", " of <name>")
+    return "estimated error" if column.endswith("_error") and text.startswith("estimated error of ") else text
 
 
 SOLID = """
@@ -164,8 +177,8 @@ SOLID = """
 @pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 def test_every_column_of_solids_is_documented(hampm, tmp_path):
     """What a plane does not have, in tables of its own; those along fronts among them."""
-    documented, of_solids = ({row[0]: (row[1], row[2]) for row in rows("results.md", head)} for head in ("| column |", "| column of solids |"))
-    along_fronts = {row[0]: (row[1], row[2]) for row in rows("results.md", "| of solids |") if "/history" in row[3]}
+    documented, of_solids = documented_columns("| column |"), documented_columns("| column of solids |")
+    along_fronts = documented_columns("| of solids |", "/history")
     recorded = {}
     for name, text in (("points", SOLID.format("quantity = 'displacement', 'velocity', 'strain', 'stress'  at = 0.03, 0.03, 0.03")),
                        ("loads", SOLID.format("quantity = 'load_line'  of = 'grip'")), ("front", (INPUT / "solid/penny.nml").read_text()),
@@ -178,7 +191,7 @@ def test_every_column_of_solids_is_documented(hampm, tmp_path):
         assert result.returncode == 0, result.stderr
         with h5py.File(tmp_path / f"{name}.h5") as file:
             for column, data in file["history"].items():
-                recorded[re.sub("_(grip|table)(?=_|$)", "_<name>", column)] = (data.attrs["units"], data.attrs["long_name"].replace(" of grip", " of <name>"))
+                recorded[re.sub("_(grip|table)(?=_|$)", "_<name>", column)] = (data.attrs["units"], long_name(column, data))
     assert set(of_solids) <= set(recorded)
     texts = documented | of_solids | along_fronts
     assert recorded == {column: texts.get(column) for column in recorded}
