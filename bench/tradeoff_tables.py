@@ -8,7 +8,7 @@ import csv
 import pareto
 from tradeoff_matrix import YARDSTICK
 
-SHOWN = "0.5"  # of this accuracy [%] the page has the cheapest of each group
+SHOWN = "0.5"  # the accuracy [%] of which the cheapest of each group are printed
 ADVICE = ["within_percent", "group", "setting", "estimator", "particles", "cpu_seconds", "error_percent", "sustained_percent", "times_cheaper", "cheapest"]
 FRONT = ["setting", "estimator", "particles", "cpu_seconds", "error_percent", "sustained_percent"]
 
@@ -82,7 +82,7 @@ def groups(table):
 
 
 def written(tables, page, folder, rewrite):
-    """Write the tables of studies, name -> (advice, front, curves), into CSV files; return the page with those of its tables that follow from them."""
+    """Write the tables of studies, name -> (advice, front, curves), into CSV files; return the page with its table of answers."""
     heads = {"advice": ADVICE, "front": FRONT}
     for k, kind in enumerate(("advice", "front")):
         with open(folder / f"tradeoff_{kind}.csv", "w", newline="") as file:
@@ -94,7 +94,4 @@ def written(tables, page, folder, rewrite):
         writer = csv.DictWriter(file, ["study", "family", *sizes], lineterminator="\n")
         writer.writeheader()
         writer.writerows({"study": study, **dict(zip(parts[2][0], row))} for study, parts in tables.items() for row in parts[2][1:])
-    page = rewrite("answer", answer({study: parts[0] for study, parts in tables.items()}), page)
-    for study, parts in tables.items():
-        page = rewrite(f"{study} groups", groups(parts[0]), page)
-    return page
+    return rewrite("answer", answer({study: parts[0] for study, parts in tables.items()}), page)
