@@ -1,4 +1,4 @@
-"""Cracks that grow in motion, against exact solutions (docs/explanation/growth.md).
+"""Cracks that grow in motion, against exact solutions (docs/explanation/growth_accuracy.md).
 
     run       a crack that starts to run under a plane wave, given speeds: K_I against k(v) K(t, 0), means over a cell and scatter
     benchmark  the same of the benchmark of Rethore & Menouillard: 1500 m/s in a plate 4 m high, one edge of which is loaded

@@ -1,4 +1,4 @@
-"""Draw the load over the displacement of a load frame, of the specimens of docs/explanation/growth.md, beside closed forms.
+"""Draw the load over the displacement of a load frame, of the specimens of docs/explanation/growth_loads.md, beside closed forms.
 
     python tools/load_frame.py dcb_snap_back.h5 els.h5 compact_tension_growth.h5 load_frame.png
 """

@@ -33,7 +33,7 @@ module hampm_largest_step
    !> the limit over phases of the lattice, and else (docs/explanation/time_step.md)
    real(dp), parameter :: of_misfit_edges = 0.95_dp, of_misfit_else = 0.8_dp
    !> Reduction by growing cracks: they cut cells anywhere, into pieces with few particles and nodal motions without mass; schemes
-   !> that map velocities from particles are not affected (docs/explanation/growth.md)
+   !> that map velocities from particles are not affected (docs/explanation/growth_motion.md)
    real(dp), parameter :: of_growth = 0.5_dp
    !> Depths of lines of particles in empty cells, of those positions with the least limit [cells]
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]

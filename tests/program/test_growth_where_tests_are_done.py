@@ -165,7 +165,7 @@ def test_a_charpy_specimen_on_anvils(hampm):
     assert np.max(np.abs(press[time < 12])) < 0.15 * np.max(np.abs(press))
     assert np.all(free["contact_force_y"][time[also] > 16] == 0)
     assert np.max(row["K_I"][time <= begins]) == pytest.approx(toughness, rel=0.05)
-    assert np.mean(row["G"][running]) == pytest.approx(6e3, rel=0.03)  # with what points that fail take where q is below 1; 0.66 without (docs/explanation/growth.md)
+    assert np.mean(row["G"][running]) == pytest.approx(6e3, rel=0.03)  # with what points that fail take where q is below 1; 0.66 without (docs/explanation/growth_values.md)
     assert row["fracture_energy"][-1] == pytest.approx(6e3 * 0.01 * (row["crack_length"][-1] - row["crack_length"][0]), rel=0.1)
 
 
@@ -201,7 +201,7 @@ def test_the_halves_of_a_charpy_specimen_fly_on(hampm):
     print(begins, apart, np.max(row["contact_force_y"]), row["fracture_energy"][-1], left, right, weight, carried, end, np.max(np.abs(impulse - given)), missing(row), due)
     assert "separated at t = " in said and begins + 5e-6 < apart <= free < 60e-6
     assert begins == pytest.approx(due, abs=0.6e-6)  # a sample, and rounding of its time
-    taken, cells = row["fracture_energy"][-1] / (1e3 * 0.01), 5e-3 / 0.5e-3  # length; in the first cell points take up to half a cell more (explanation/growth.md)
+    taken, cells = row["fracture_energy"][-1] / (1e3 * 0.01), 5e-3 / 0.5e-3  # length; in the first cell points take up to half a cell more (explanation/growth_motion.md)
     assert 1 - 0.2 / cells < taken / 5e-3 < 1 + 0.55 / cells
     assert missing(row) < 1e-12
     for part in (left, right, weight):
@@ -237,7 +237,7 @@ def test_the_plate_of_kalthoff_with_its_projectile(hampm):
     assert 15.5 < time[moves] < 16.5 and rate == pytest.approx(1, abs=0.05)
     assert row["tip_angle"][moves] == pytest.approx(77.6, abs=2)
     assert 60 < mean < 75
-    # lumped masses radiate a fifth to a quarter of what bonded points should take (docs/explanation/growth.md)
+    # lumped masses radiate a fifth to a quarter of what bonded points should take (docs/explanation/growth_motion.md)
     finer, _ = run_told(hampm, INPUT / "kalthoff_striker.nml", "method.mass='weighted'", "run.end_time=22e-6", name="weighted")
     assert finer["fracture_energy"][-1] == pytest.approx(22146 * (finer["crack_length"][-1] - 0.05), rel=0.1)
     assert np.all(row["contact_force_x"][time > 50] == 0) and np.any(row["contact_force_x"][time < 40] < 0)
