@@ -1,7 +1,7 @@
 !> What &accuracy has chosen, and why, for people.
 module hampm_choice_report
    use hampm_kinds, only: dp
-   use hampm_choice, only: choice_t
+   use hampm_choice_runs, only: choice_t
    use hampm_mesh_trials, only: is_better, mesh_t, trials_t, most_particles
    use hampm_model, only: model_t
    use hampm_reading, only: split_instance

@@ -5,8 +5,9 @@ module hampm_program
    use hampm_input_warnings, only: notes_of
    use hampm_asked_errors, only: no_value
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
-   use hampm_choice, only: choice_t, choose
+   use hampm_choice, only: choose, fell_short
    use hampm_choice_report, only: choice_report, explained_model
+   use hampm_choice_runs, only: choice_t
    use hampm_command_line, only: options_t, changes_model, usage_text
    use hampm_continuation, only: rebuild
    use hampm_failure, only: failure_t, exit_computation, exit_file, exit_input, exit_stopped
@@ -154,7 +155,7 @@ contains
          do
             call start_run(options, simulation, failure)
             call cpu_time(now)
-            if (.not. choice%fell_short(simulation, now - start, options%threads, model, failure)) exit
+            if (.not. fell_short(choice, simulation, now - start, options%threads, model, failure)) exit
             call release(simulation)
             call cpu_time(start)
             call build(model, options%threads, simulation, failure)
