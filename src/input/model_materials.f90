@@ -99,7 +99,10 @@ contains
          slice%free_rate = material%free
          call material%give_eigenstrain(b%eigenstrain*factor)
          material%has_eigenstrain = any(abs(b%eigenstrain) > 0)
-         if (any([1, slices] == number)) slice%rate = 0 ! beyond nothing changes
+         if (any([1, slices] == number)) then    ! beyond nothing changes
+            slice%rate = 0
+            slice%free_rate = 0
+         end if
          material%slice = slice
       end associate
 
