@@ -180,6 +180,8 @@ contains
       if (.not. stiffness%iterates) then
          if (.not. matrix%has_pattern_of(stiffness%matrix)) call stiffness%factorised%release()
          stiffness%factorised%solves_often = stiffness%kind%mass_factor > 0 .and. all(m%materials%linear) ! in a solution each step
+         if (allocated(m%grid%planes)) & ! fronts that move open nodes in nearly each step: one solution with each factor
+            stiffness%factorised%solves_often = stiffness%factorised%solves_often .and. .not. any(m%grid%planes%moves)
          call stiffness%factorised%factorise(matrix, failure)
          deallocate (matrix%value)
       end if
