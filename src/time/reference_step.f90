@@ -82,14 +82,17 @@ contains
          call map_velocity(m, mass, v_mapped)
          call strain(m, v_mapped, merge(dt, dt/2, m%scheme%name == 'musl'))
          call open_faces(m, v_mapped, dt)
-         call book_work(m%loads, m%particles, m%state%time, dt, v_mapped, work)
-      else
-         if (m%interfaces%n_at_end == 0 .or. m%scheme%name /= 'usf') call open_faces(m, v_next, dt)
-         call book_work_late(m%loads, m%particles, m%state%time, dt, m%state%last_dt, v, work)
+      else if (m%interfaces%n_at_end == 0 .or. m%scheme%name /= 'usf') then
+         call open_faces(m, v_next, dt)
       end if
       do i = 1, m%particles%n
          m%particles%displacement(i, :) = m%particles%displacement(i, :) + dt*at_particle(m, i, v_next)
       end do
+      if (m%scheme%remaps) then
+         call book_work(m%loads, m%particles, m%state%time, dt, v_mapped, work)
+      else
+         call book_work_late(m%loads, m%particles, m%state%time, dt, m%state%last_dt, v, work)
+      end if
       m%fields%velocity(:, :, at_end) = v_next   ! for what looks at nodes between rows
       m%energies%damping_loss = m%energies%damping_loss + dt*m%damping_rate*sum(spread(mass, 1, ndim)*v*v_next)
       m%state%last_dt = dt

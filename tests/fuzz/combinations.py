@@ -159,7 +159,7 @@ def thickness_of(scene):
     grid = group(scene, "grid")
     if maps.dimensions(scene) == 3:
         return grid["cell"] * grid["cells"][2]
-    return 2 * np.pi * (grid["lower"][0] + grid["cell"] * grid["cells"][0] / 2) if is_ring(scene) else group(scene, "run").get("thickness", 1.0)
+    return 2 * np.pi * (grid.get("lower", [0.0])[0] + grid["cell"] * grid["cells"][0] / 2) if is_ring(scene) else group(scene, "run").get("thickness", 1.0)
 
 
 def natural_scales(scene, run):

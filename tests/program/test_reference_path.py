@@ -42,6 +42,8 @@ SCENES = {
     "cohesion that fails": scene(PLATE.format(2), HELD, PULL.replace("0.1, 0.5", "0.1, 50.0"), "&crack kind = 'line'  tip = 0.012, 0.01 /\n&cohesive strength = 5e2  toughness = 1e-4 /\n"),
     "cohesion that fails, usf and finer cells": scene(PLATE.format(2), HELD, PULL.replace("0.1, 0.5", "0.1, 50.0"), "&method scheme = 'usf' /\n", TIP,
                                                       "&crack kind = 'path'  points = -0.001, 0.0083, 0.0149, 0.0118 /\n&cohesive strength = 5e2  toughness = 1e-4 /\n"),
+    "a pressure that follows edges, updated frame": scene("&body material = 'a'  shape = 'polygon'  points = 0.001, 0.0012, 0.019, 0.0043, 0.0131, 0.0187  points_per_cell = 3 /\n",
+                                                          "&load kind = 'pressure'  lower = 0.0, 0.0  upper = 0.011, 0.02  pressure = 3e4 /\n", "&method frame = 'updated' /\n"),
     "plasticity": scene(PLATE.format(2), HELD, PULL, law=REMEMBERS["j2_plastic"]),
     "viscoelasticity in quadratic cells": scene(PLATE.format(3), HELD, PULL, "&method scheme = 'usavg' /\n", law=REMEMBERS["viscoelastic"], grid="order = 2"),
 }
