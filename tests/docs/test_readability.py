@@ -12,9 +12,9 @@ sys.path.insert(0, str(ROOT / "tools"))
 from readability import LONG_LINE, measure, old_words, pages, paragraphs, sentences_of  # noqa: E402
 
 MEAN, IN_ALL = 18, 15  # words in a sentence: of a page that one follows, of all pages
-LONG_SENTENCES, TURNS_IN_ALL = 223, 166  # of all pages; these, and the next ones, may only fall
+LONG_SENTENCES, TURNS_IN_ALL = 170, 130  # of all pages; these, and the next ones, may only fall
 LONGEST = 2500         # words of a page with its tables, but for those that the program prints and these, with their words
-LONG_PAGES = {"docs/evidence/testing.md": 7370,
+LONG_PAGES = {
               "docs/how-to/batches.md": 3220, "docs/how-to/choosing.md": 2690, "docs/how-to/extending.md": 3310,
               "CONTRIBUTING.md": 4910}
 PRINTED = ["benchmarks.md", "key_rules.md", "keys.md", "messages.md", "results.md"]  # tables of all keys, rules, messages, columns and benchmarks
