@@ -108,17 +108,17 @@ class Ledger:
         for part in self.parts:
             row = self.last(part["name"])
             if row is None:
-                yield part["group"], [part["name"], part["what"], "", "", "", "", "not run", ""]
+                yield part["group"], [part["name"], part["what"], "not run", "", ""]
                 continue
             result = row["result"] if row["commit"] == self.commit else f"{row['result']}, on another commit"
-            yield part["group"], [part["name"], part["what"], row["commit"], row["machine"], row["date"], row["seconds"], result, row["failed"]]
+            yield part["group"], [part["name"], part["what"], result, f"{row['date']}, {row['seconds']} s", row["failed"]]
 
     def write_page(self):
         rows, lines = list(self.table()), []
         passed = sum(map(self.has_passed, (part["name"] for part in self.parts)))
         lines += ["| commit | parts | passed on it |", "|---|---|---|", f"| `{self.commit}` | {len(rows)} | {passed} |", ""]
         for group in dict.fromkeys(group for group, _ in rows):
-            lines += [f"**{group}**", "", "<!-- source: tools/release_check.py -->", "| part | what it runs | commit | machine | date | seconds | result | what failed |", "|---|---|---|---|---|---|---|---|"]
+            lines += [f"**{group}**", "", "<!-- source: tools/release_check.py -->", "| part | what it runs | result | when | what failed |", "|---|---|---|---|---|"]
             lines += ["| " + " | ".join(str(cell).replace("|", "\\|") for cell in row) + " |" for of, row in rows if of == group] + [""]
         text = self.page.read_text()
         head, _, rest = text.partition(BEGIN)
@@ -181,7 +181,7 @@ def main():
         return ledger.write_page()
     if options.list:
         for _, row in ledger.table():
-            print("  ".join(map(str, (row[0], row[6], row[7]))).rstrip())
+            print("  ".join(map(str, (row[0], row[2], row[4]))).rstrip())
     else:
         if files := ledger.changed():
             sys.exit("release_check.py: the checkout is not clean:\n" + "\n".join(files[:20]))
