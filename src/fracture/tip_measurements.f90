@@ -11,7 +11,7 @@ module hampm_tip_measurements
    use hampm_loads, only: place_loads
    use hampm_mass_solver, only: mass_solver_t
    use hampm_problem, only: problem_t, refresh_grid
-   use hampm_moving_tip, only: energy_factors
+   use hampm_moving_tip, only: energy_factors, running_intensities
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_quadratic_tip_offset, only: quadratic_tip_offset
@@ -138,8 +138,7 @@ contains
       values%by_fields = values%intensity
       if (tip%grown > 0) then                    ! J sees no origin of the fields
          if (any(energy_factors(domain%material, tip%speed) >= huge(tip%speed))) values%by_fields = 0
-         values%intensity = sign(sqrt(domain%material%plane_modulus()*abs(values%domain) &
-                                      /energy_factors(domain%material, tip%speed)), values%domain)
+         values%intensity = running_intensities(domain%material, tip%speed, values%domain)
          values%g_of_k = sum(values%j)/size(values%j)
       end if
       values%spread_of_k = values%spread_of_k + tip%lost()/2*norm(values%intensity)

@@ -9,7 +9,7 @@ module hampm_turned_tips
    use hampm_kinds, only: dp, ndim
    use hampm_kinks, only: after_kink
    use hampm_material, only: material_t
-   use hampm_moving_tip, only: energy_factors, rayleigh_speed
+   use hampm_moving_tip, only: running_intensities, rayleigh_speed
    use hampm_tensors, only: norm
    implicit none
    private
@@ -98,7 +98,7 @@ contains
       values%j = values%g_of_k
       values%domain = values%g_of_k*sign(k**2, k)/max(sum(k**2), tiny(gain))
       values%by_fields = k*sqrt(gain*sum(values%intensity**2)/max(sum(k**2), tiny(gain)))
-      values%intensity = sign(sqrt(material%plane_modulus()*abs(values%domain)/energy_factors(material, speed)), k)
+      values%intensity = running_intensities(material, speed, values%domain)
       do n = 1, size(values%estimates)
          values%estimates(n)%rate = gain*values%estimates(n)%rate
       end do

@@ -11,7 +11,8 @@ module hampm_moving_tip
    use hampm_material, only: material_t
    implicit none
    private
-   public :: energy_factors, rayleigh_speed, share_of_rest, hoop_angle, lead_of_release, lost_to_lumping, release_length
+   public :: energy_factors, running_intensities, rayleigh_speed, share_of_rest, hoop_angle, lead_of_release, lost_to_lumping, &
+             release_length
 
    real(dp), parameter :: pi = acos(-1.0_dp)
 
@@ -41,6 +42,17 @@ contains
          a = [of_pressure, of_shear]*(speed/shear)**2/((1 - nu)*d)
       end associate
    end function energy_factors
+
+   !> K of the parts of G of modes I and II, with their signs; 0 from the speed of Rayleigh waves on [Pa sqrt(m)].
+   pure function running_intensities(material, speed, rates) result(k)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: speed              !! of the tip [m/s]
+      real(dp), intent(in) :: rates(2)           !! parts of G [J/m2]
+      real(dp) :: k(2), a(2)
+      a = energy_factors(material, speed)
+      k = 0
+      where (a < huge(speed)) k = sign(sqrt(material%plane_modulus()*abs(rates)/a), rates)
+   end function running_intensities
 
    !> D of a speed; 0 from the speed of shear waves on.
    pure real(dp) function rayleigh_function(material, speed) result(d)

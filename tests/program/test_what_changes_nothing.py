@@ -386,3 +386,21 @@ def test_quadratic_cells_that_a_circle_cuts_have_no_mass_below_nothing_at_pins(h
     energy = row["kinetic_energy"] + row["strain_energy"]
     assert np.min(row["kinetic_energy"]) > 0 and np.max(row["strain_energy"]) > 0.1 * energy[0]
     assert energy[-1] == pytest.approx(energy[1], rel=0.05)   # pins stop a part of it at first
+
+
+def test_a_tip_at_the_speed_of_rayleigh_waves_has_no_intensity(hampm):
+    """K of a G is 0 there, and no number of the order of the least ones, which units change."""
+    row = run(hampm, """&run plane = 'axisymmetric'  end_time = 0.056911274794485316  stop_when = 'crack_length'  stop_length = 0.005 /
+&grid cell = 0.001  cells = 12, 14 /
+&material name = 'm'  young = 10000.0  density = 2000.0 /
+&body material = 'm'  lower = 0.0, 0.0  upper = 0.011, 0.012  eigenstrain = 1.91687941327534e-06, 3.731813364211311e-05, 8.980424021485037e-05 /
+&crack kind = 'path'  points = 0.0018795, 0.0022038, 0.0051322, 0.0054565 /
+&growth law = 'toughness'  direction = 'local_symmetry'  toughness = 1.7530825e-06 /
+&load kind = 'traction'  force = 0.006344109, -0.0022673  lower = 0.0, 0.012  upper = 0.011, 0.012 /
+&method time = 'implicit'  time_step = 0.001422781869862133 /
+&refine indicator = 'gradient'  max_level = 2 /
+&energy_release estimators = 'domain_integral' /
+""")
+    fastest = row["speed_ratio_tip2"] == 1
+    assert np.any(fastest) and np.all(row["G_tip2"][fastest] > 0)
+    assert np.all(row["K_I_tip2"][fastest] == 0) and np.all(row["K_II_tip2"][fastest] == 0)
