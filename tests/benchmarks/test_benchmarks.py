@@ -2,13 +2,14 @@
 
 import re
 
+import h5py
 import numpy as np
 import pytest
 
 import exam
 
 NEEDED = {"model", "source", "kind", "accuracy", "quantity", "unit", "published", "measured"}
-OPTIONAL = {"let", "cases", "set", "at", "along", "point", "others", "case", "cause", "fault"}
+OPTIONAL = {"let", "cases", "set", "at", "since", "error", "along", "point", "others", "case", "cause", "fault"}
 
 
 @pytest.mark.parametrize("suite", exam.suites())
@@ -48,6 +49,20 @@ def test_the_error_of_an_expression_is_that_of_its_columns():
     assert (value, error) == (10.0, pytest.approx(np.hypot(0.6, 0.4)))
     assert np.isnan(exam.measure("J", known, {})[1])
     assert exam.error_name("K_I_tip2") == "K_I_error_tip2" and exam.error_name("G_mean") == "G_mean_error"
+
+
+def test_columns_are_changes_since_an_earlier_time(tmp_path):
+    with h5py.File(tmp_path/"run.h5", "w") as file:
+        file["history/time"], file["history/tip_x"] = [0.0, 1.0, 2.0], [5.0, 6.0, 9.0]
+    assert exam.columns(tmp_path/"run.h5", {"at": "2.0", "since": "0.5"}, {}) == {"time": 1.5, "tip_x": 3.5}
+
+
+def test_coarser_lattices_keep_the_origin_and_hold_the_body():
+    choice = {("grid", "lower"): "-40.0,-20.5", ("grid", "cell"): "0.5", ("grid", "cells"): "120,82", ("grid", "order"): "1"}
+    assert exam.coarser(choice, 2) == {("grid", "lower"): "-40,-21", ("grid", "cell"): "1", ("grid", "cells"): "60,42", ("grid", "order"): "1"}
+    moved = list(exam.neighbours_in_motion(choice | {("method", "mass"): "'lumped'", ("method", "courant"): "0.8"}))
+    assert all(("method", "courant") not in other for other in moved if other["method", "mass"] != "'lumped'") and any(other["method", "courant"] == "0.4" for other in moved
+                                                                                                               if ("method", "courant") in other)
 
 
 @pytest.mark.verify
