@@ -13,7 +13,6 @@ module hampm_nearby
    !> Places and their buckets.
    type :: nearby_t
       logical :: is_built = .false.
-      integer :: visits = 0                      !! places compared, if whoever asks counts them
       real(dp), private :: edge = 0              !! half of that of the finest buckets [m]
       integer, private :: top = 0                !! the coarsest lattice
       real(dp), allocatable, private :: x(:, :), reach(:) !! [m]

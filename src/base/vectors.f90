@@ -1,9 +1,10 @@
-!> Sums of fields as vectors of so many numbers: a field of two components a node in an expression would be done node by node.
+!> Sums of fields as vectors of so many numbers: a field of two components a node in an expression would be done node by node; and the
+!> line through some values.
 module hampm_vectors
    use hampm_kinds, only: dp
    implicit none
    private
-   public :: multiply, add_scaled, combine, correct, difference_over, product_with_sum
+   public :: multiply, add_scaled, combine, correct, difference_over, product_with_sum, fit_line
 
 contains
 
@@ -78,4 +79,15 @@ contains
          product = product + x(k)*(y(k) + z(k))
       end do
    end function product_with_sum
+
+   !> Slope of the line of least squares through values y at x, and twice the standard deviation of the values from it.
+   pure subroutine fit_line(x, y, slope, scatter)
+      real(dp), intent(in) :: x(:), y(:)         !! three values at least
+      real(dp), intent(out) :: slope, scatter
+      real(dp), dimension(size(x)) :: a, b       ! from the means
+      a = x - sum(x)/size(x)
+      b = y - sum(y)/size(y)
+      slope = dot_product(a, b)/dot_product(a, a)
+      scatter = 2*sqrt(sum((b - slope*a)**2)/(size(x) - 2))
+   end subroutine fit_line
 end module hampm_vectors

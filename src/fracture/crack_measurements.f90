@@ -16,7 +16,7 @@ module hampm_crack_measurements
    use hampm_loads, only: factors_at
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
-   use hampm_moving_tip, only: rayleigh_speed, lost_to_lumping
+   use hampm_moving_tip, only: rayleigh_speed
    use hampm_openings, only: opening_at, look_for_arrival
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
@@ -192,17 +192,15 @@ contains
          apart = 0                               ! J and the interaction of a tip that grows, which sees where it is
          if (tip%grown > 0) apart = bounded_ratio(abs(v%by_fields - v%intensity), norm(v%intensity), 1.0_dp)
          is_new = is_sample(errors%j%recent, time, pace)
-         call follow_speed(errors%seen, tip%speed, wave, time, pace, is_new, late, kept)
+         call follow_speed(errors%seen, tip%speed, wave, tip%toughness, is_lumped, time, pace, is_new, late, kept)
          apart = kept*errors%apart + (1 - kept)*apart**2
          if (is_new) errors%apart = apart
          apart = sqrt(apart)
          if (tip%toughness > 0) then             ! by its law G is the toughness: speed, and K by that, are off
             residual = abs(j - tip%toughness)
-            late = 0
          else                                    ! J is nearer than the interaction: half of what both differ by
             residual = norm(apart)*abs(j)
             apart = apart/2
-            if (is_lumped) late = late + lost_to_lumping(tip%speed, wave)
          end if
          apart = norm(v%intensity)*apart
          call follow(errors%j, j, scale, max(spread_of_j, residual), time, pace)

@@ -4,6 +4,8 @@ module hampm_estimated_errors
    use hampm_kinds, only: dp
    use hampm_archive, only: archive_t
    use hampm_crack_tip_field, only: modes
+   use hampm_moving_tip, only: lost_to_lumping
+   use hampm_vectors, only: fit_line
    implicit none
    private
    public :: error_t, estimated_errors_t, seen_speed_t, static_columns_t, relative_errors, in_all, follow, follow_speed, &
@@ -230,7 +232,7 @@ contains
       type(recent_t), intent(inout) :: recent
       real(dp), intent(in) :: time, value        !! [s]
       type(pace_t), intent(in) :: pace
-      real(dp) :: t(most_recent), y(most_recent), slope
+      real(dp) :: slope
       integer :: n
       if (.not. is_sample(recent, time, pace)) return
       if (pace%in_sets .and. recent%n > 0) then
@@ -250,12 +252,7 @@ contains
       if (pace%in_sets .and. recent%n < least_recent) recent%scatter = (maxval(recent%value(:recent%n)) &
                                                                         - minval(recent%value(:recent%n)))/2
       if (n < least_recent) return
-      t(:n) = recent%time(recent%n - n + 1:recent%n)
-      y(:n) = recent%value(recent%n - n + 1:recent%n)
-      t(:n) = t(:n) - sum(t(:n))/n
-      y(:n) = y(:n) - sum(y(:n))/n
-      slope = dot_product(t(:n), y(:n))/dot_product(t(:n), t(:n))
-      recent%scatter = 2*sqrt(sum((y(:n) - slope*t(:n))**2)/(n - 2))
+      call fit_line(recent%time(recent%n - n + 1:recent%n), recent%value(recent%n - n + 1:recent%n), slope, recent%scatter)
       recent%change = abs(slope)*pace%cells*pace%waves/cells_of_waves
    end subroutine add_recent
 
@@ -287,11 +284,14 @@ contains
       error%now = error%recent%with_waves(error%lasting)
    end subroutine follow
 
-   !> Follow the speed of a tip or a front. Domains see its waves late, about as shear waves cross three cells: the part of G by
-   !> which they are off, as G is nearly 1 - v/c of that at rest (Freund 1990, section 6.4).
-   pure subroutine follow_speed(seen, speed, wave, time, pace, is_new, late, kept)
+   !> Follow the speed of a tip or a front, and find the part of G by which domains are off: they see its waves late, about as shear
+   !> waves cross three cells, as G is nearly 1 - v/c of that at rest (Freund 1990, section 6.4); and lumped masses lose some. By its
+   !> law G is the toughness.
+   pure subroutine follow_speed(seen, speed, wave, toughness, is_lumped, time, pace, is_new, late, kept)
       type(seen_speed_t), intent(inout) :: seen
       real(dp), intent(in) :: speed, wave        !! of the tip, and of Rayleigh waves [m/s]
+      real(dp), intent(in) :: toughness          !! 0 at a given speed [J/m2]
+      logical, intent(in) :: is_lumped           !! whether it runs through lumped masses, in explicit steps
       real(dp), intent(in) :: time               !! [s]
       type(pace_t), intent(in) :: pace
       logical, intent(in) :: is_new              !! whether a sample is taken
@@ -303,7 +303,10 @@ contains
       if (seen%time >= 0 .and. pace%waves > 0) kept = exp(-(time - seen%time)*cells_of_waves/(cells*pace%waves))
       now = kept*seen%speed + (1 - kept)*min(speed, slower*wave)
       if (is_new) seen = seen_speed_t(time, now)
+      late = 0
+      if (toughness > 0) return
       late = abs((wave - min(speed, slower*wave))/(wave - now) - 1)
+      if (is_lumped) late = late + lost_to_lumping(speed, wave)
    end subroutine follow_speed
 
    !> Factor of the initial relative errors with the present cells at the tip [-].

@@ -20,7 +20,7 @@ module hampm_front_values
    use hampm_loads, only: factors_at
    use hampm_material, only: are_of_one
    use hampm_moving_average, only: moving_average_t, archive_average
-   use hampm_moving_tip, only: rayleigh_speed, lost_to_lumping
+   use hampm_moving_tip, only: rayleigh_speed
    use hampm_nodal_state, only: nodal_state_t
    use hampm_openings, only: opening_at, look_for_arrival
    use hampm_problem, only: problem_t
@@ -341,9 +341,12 @@ contains
       logical, intent(in) :: in_sets             !! as in `pace_t`
       type(front_values_t), intent(inout) :: values
       type(pace_t) :: pace
+      real(dp) :: unused
       if (values%has_ended) return
       pace = pace_of(problem, in_sets, values)
-      if (problem%grid%planes(values%domain%front%crack)%moves) call find_loss(problem, pace, values)
+      if (problem%grid%planes(values%domain%front%crack)%moves) call follow_speed(values%seen, values%speed, &
+         rayleigh_speed(problem%materials(values%domain%material)), values%toughness, problem%runs_lumped(), problem%state%time, &
+         pace, is_sample(values%of_mean, problem%state%time, pace), values%off, unused)
       call add_recent(values%of_mean, problem%state%time, mean_rate(values), pace)
       call add_recent(values%of_hats, problem%state%time, values%g, pace)
       call values%average%follow(values%way, cell_at(values%domain%front, problem), &
@@ -353,19 +356,6 @@ contains
          values%of_hats%swing = part*abs(values%g)
       end associate
    end subroutine find_scatter
-
-   !> Find the part of G by which it is off as the front runs at a given speed; by its law G is the toughness.
-   pure subroutine find_loss(problem, pace, values)
-      type(problem_t), intent(in) :: problem
-      type(pace_t), intent(in) :: pace
-      type(front_values_t), intent(inout) :: values
-      real(dp) :: wave, unused
-      wave = rayleigh_speed(problem%materials(values%domain%material))
-      call follow_speed(values%seen, values%speed, wave, problem%state%time, pace, &
-                        is_sample(values%of_mean, problem%state%time, pace), values%off, unused)
-      if (problem%runs_lumped()) values%off = values%off + lost_to_lumping(values%speed, wave)
-      if (values%toughness > 0) values%off = 0
-   end subroutine find_loss
 
    !> After a step, look whether a wave has arrived at a front.
    pure subroutine look_at_front(problem, in_sets, values)

@@ -5,6 +5,7 @@ module hampm_moving_average
    use hampm_history, only: history_t
    use hampm_kinds, only: dp
    use hampm_tolerance, only: bounded_ratio
+   use hampm_vectors, only: fit_line
    implicit none
    private
    public :: moving_average_t, archive_average
@@ -107,16 +108,12 @@ contains
    pure real(dp) function swing(self, cell)
       class(moving_average_t), intent(in) :: self
       real(dp), intent(in) :: cell               !! [m]
-      real(dp) :: x(most), y(most)
+      real(dp) :: unused
       integer :: n
       swing = 0
       n = count(self%way(:self%n) > self%reached - cells*cell)
       if (n < least) return
-      x(:n) = self%way(self%n - n + 1:self%n)
-      y(:n) = self%sample(1, self%n - n + 1:self%n)
-      x(:n) = x(:n) - sum(x(:n))/n
-      y(:n) = y(:n) - sum(y(:n))/n
-      swing = 2*sqrt(sum((y(:n) - dot_product(x(:n), y(:n))/dot_product(x(:n), x(:n))*x(:n))**2)/(n - 2))
+      call fit_line(self%way(self%n - n + 1:self%n), self%sample(1, self%n - n + 1:self%n), unused, swing)
       swing = bounded_ratio(swing, self%mean, 1.0_dp)
    end function swing
 

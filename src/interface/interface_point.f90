@@ -220,14 +220,15 @@ contains
    end subroutine add_interface_point
 
    !> Find the points that are nearer to a place than a reach along each axis, or than two of their own cells or lengths.
-   pure subroutine find_points(interfaces, near, origin, reach, found)
+   pure subroutine find_points(interfaces, near, origin, reach, found, visits)
       type(interfaces_t), intent(in) :: interfaces
       type(nearby_t), intent(inout) :: near      !! table of their places, made here when it is first asked
       real(dp), intent(in) :: origin(ndim)       !! in the reference configuration [m]
       real(dp), intent(in) :: reach              !! [m]
       integer, allocatable, intent(out) :: found(:) !! in the order of their numbers
+      integer, intent(inout), optional :: visits !! places compared so far
       real(dp) :: places(ndim, interfaces%n)
-      integer :: k, visits
+      integer :: k
       allocate (found(0))
       if (interfaces%n == 0) return
       if (.not. near%is_built) then
@@ -236,9 +237,7 @@ contains
          end do
          call near%sort(places, 2*max(interfaces%list(:interfaces%n)%cell, interfaces%list(:interfaces%n)%length))
       end if
-      visits = near%visits
       call near%find(origin, reach, found, visits)
-      near%visits = visits
    end subroutine find_points
 
    !> Make the table by which many tips find the points of their discs.

@@ -23,10 +23,11 @@ module hampm_interface_transfer
 contains
 
    !> Transfer the state of old points to new ones; see `start_bonded_point` and `hampm_plane_points` for those of fronts in motion.
-   pure subroutine transfer_points(interfaces, old, near)
+   pure subroutine transfer_points(interfaces, old, near, visits)
       type(interfaces_t), intent(inout) :: interfaces
       type(interfaces_t), intent(in) :: old      !! those on the mesh before
       type(nearby_t), intent(inout) :: near      !! see `find_points`
+      integer, intent(inout), optional :: visits !! old points compared so far
       integer, allocatable :: found(:), at_place(:)
       integer :: s, i, last
       last = 0
@@ -37,7 +38,7 @@ contains
             if (is_at_place(i)) then
                last = i
             else
-               call find_points(old, near, point%origin, 0.0_dp, found)
+               call find_points(old, near, point%origin, 0.0_dp, found, visits)
                found = pack(found, [(is_predecessor(old%list(found(i)), point), i=1, size(found))])
                at_place = pack(found, [(is_at_place(found(i)), i=1, size(found))])
                if (size(at_place) == 0) then

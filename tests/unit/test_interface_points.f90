@@ -67,21 +67,23 @@ contains
       type(interfaces_t) :: old, new
       type(nearby_t) :: near
       real(dp) :: off
-      integer :: k
+      integer :: k, visits
       call line_of_points(old, 1.0_dp, n)
       call line_of_points(new, ratio, n)
       do k = 1, n
          old%list(k)%opening = opening_at(old%list(k)%place)
       end do
-      call transfer_points(new, old, near)
+      visits = 0
+      call transfer_points(new, old, near, visits)
       off = maxval([(maxval(abs(new%list(k)%opening - opening_at(new%list(k)%place))), k=2, n)])
       call check(off <= 1e-9_dp*n, 'the opening of '//to_text(n)//' points is that between old ones')
-      call check(near%visits <= 60*n, 'for '//to_text(near%visits)//' comparisons of '//to_text(n)//' points')
+      call check(visits <= 60*n, 'for '//to_text(visits)//' comparisons of '//to_text(n)//' points')
       near = nearby_t()
+      visits = 0
       call line_of_points(new, 1.0_dp, n)
-      call transfer_points(new, old, near)
+      call transfer_points(new, old, near, visits)
       off = maxval([(maxval(abs(new%list(k)%opening - old%list(k)%opening)), k=1, n)])
-      call check(off <= 1e-9_dp*n .and. near%visits == 0, 'points that follow each other as before are not searched for')
+      call check(off <= 1e-9_dp*n .and. visits == 0, 'points that follow each other as before are not searched for')
    end subroutine carry_over
 
    !> Points for contact along a line.
