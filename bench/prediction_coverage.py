@@ -5,6 +5,8 @@
           ways, cycles and times by integrals of it
 
 Each grows by loads that are scaled to the toughness, in load cycles (Paris) or in time (Charles), in cells of both orders and several sizes, with tips anywhere in their cells.
+As many again grow along a toughness that rises: in increments, with load and displacement of the load frame, or to the length at which a given displacement lets them
+arrest. A quarter as many move, or turn (`growth_specimens.py`).
 Covered: the true error is within the estimate. Prints a table by quantity: covered, and the median of estimate over error.
 
     .venv/bin/python bench/prediction_coverage.py --seed 1 --number 120 [--csv values.csv]
@@ -18,6 +20,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from growth_specimens import moving
 from program_runs import Program
 
 YOUNG, POISSON = 200e9, 0.3
@@ -39,6 +42,45 @@ def draw(seed, k):
     s["tip"] = r.uniform(-0.5, 0.5) * s["cell"] if kind != "centre" else half * r.uniform(0.25, 0.4)
     s["steps"] = max(2, min(s["steps"], int(((0.62 * half - s["tip"]) if kind == "centre" else half) / s["increment"])))
     return s
+
+
+def framed(seed, k):
+    """The same in a load frame: its toughness rises along the way to `rise` times that of its start."""
+    s, r = draw(seed, k), random.Random(f"frame {seed} {k}")
+    s |= {"law": "resistance" if s["kind"] == "centre" and r.random() < 0.5 else "arrest", "rise": r.uniform(1.5, 4.0) if s["kind"] != "centre" else r.uniform(3.0, 8.0)}
+    s["far"] = s["steps"] * s["increment"]
+    places = [displacement(s, x * s["far"]) for x in np.linspace(0.0, 1.2, 7)]
+    if s["law"] == "arrest" and np.any(np.diff(places) < 1e-2 * places[-1]):
+        s["law"] = "resistance"                            # growth is hardly stable under a given displacement
+    return s
+
+
+def resistance(s, x):
+    """Toughness after a way [J/m2]."""
+    return 10.0 * (1 + (s["rise"] - 1) * x / s["far"])
+
+
+def separation(s, a):
+    """Displacement of the load frame at a load factor of 1 [m]: of both grips; of both edges of a plate, whose compliance grows with the integral of G."""
+    if s["kind"] != "centre":
+        return 2e-6
+    x = np.linspace(0.0, a, 2001)
+    y = np.r_[0.0, intensity(s, x[1:]) ** 2 / modulus(s)]
+    return 1e7 * 6 * s["half"] / modulus(s) + 2 / (1e7 * s["half"]) * (x[1] - x[0]) / 3 * (y[0] + 4 * y[1:-1:2].sum() + 2 * y[2:-1:2].sum() + y[-1])
+
+
+def displacement(s, x):
+    """At which G is the toughness after a way [m]."""
+    return separation(s, s["tip"] + x) * np.sqrt(resistance(s, x) * modulus(s)) / float(intensity(s, s["tip"] + x))
+
+
+def arrested(s, given):
+    """The way to where the toughness is G at a displacement, by bisection."""
+    low, high = 0.0, 2 * s["far"]
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if displacement(s, middle) < given else (low, middle)
+    return low
 
 
 def modulus(s):
@@ -67,7 +109,8 @@ def scene(s):
     h, half, solid = s["cell"], s["half"], s["kind"] == "slab"
     z = lambda x: f", {x}" * solid
     k = float(intensity(s, s["tip"]))
-    law = {"load": "law = 'quasi_static'  toughness = 10.0",
+    rising = f"law = 'quasi_static'  toughness = 10.0  extensions = 0.0, {2 * s.get('far', 1.0)}  extension_factors = 1.0, {2 * s.get('rise', 1.0) - 1}"
+    law = {"load": "law = 'quasi_static'  toughness = 10.0", "resistance": rising, "arrest": rising,
            "cycles": f"law = 'fatigue'  rate_constant = {float(rate(s, s['tip'])) / (k * (1 - s['ratio'])) ** s['exponent']}  rate_exponent = {s['exponent']}  toughness = {TOUGHNESS}",
            "time": f"law = 'subcritical'  rate = 'charles'  speed = {float(rate(s, s['tip'])) * (np.sqrt(TOUGHNESS * modulus(s)) / k) ** s['exponent']}  rate_exponent = {s['exponent']}  "
                    f"toughness = {TOUGHNESS}"}[s["law"]]
@@ -82,6 +125,8 @@ def scene(s):
         if solid:
             more += "".join(f"\n&constraint lower = {-long}, {-half}, {x}  upper = {long}, {half}, {x}  fix = 'z' /" for x in (0.0, h))
     counts = [round((upper[d] - low[d]) / h) for d in range(2)]
+    frame = {"resistance": "&control quantity = 'growth' /", "arrest": f"&control quantity = 'displacement'  displacement = {float(displacement(s, s['far']))}  "
+             "history = 'ramp'  rise_time = 1.0 /" if "far" in s else ""}
     end = needed(s, s["tip"] + s["steps"] * s["increment"]) if s["law"] == "time" else 1.0
     return f"""&run end_time = {end} {'' if solid else f"plane = 's{s['plane'][1:]}'"} /
 &grid lower = {low[0]}, {low[1]}{z(0.0)}  cell = {h}  cells = {counts[0]}, {counts[1]}{z(1)}  {'' if s['order'] == 1 else 'order = 2'} /
@@ -90,9 +135,9 @@ def scene(s):
 {more}
 &crack {crack} /
 &growth {law}  increment = {s['increment']}  direction = 'straight' /
-{f"&cycles ratio = {s['ratio']} /" if s['law'] == 'cycles' else ''}
+{f"&cycles ratio = {s['ratio']} /" if s['law'] == 'cycles' else frame.get(s['law'], '')}
 {f"&refine indicator = 'tip'  max_level = {s['levels']}  rings = 3 /" if s['levels'] else ''}
-&method time = 'static'  load_steps = {s['steps'] if s['law'] != 'time' else 2 * s['steps']} /
+&method time = 'static'  load_steps = {s['steps'] if s['law'] not in ('time', 'arrest') else 2 * s['steps'] if s['law'] == 'time' else 4} /
 &energy_release estimators = 'domain_integral' /
 &output file = 'run.h5' /
 """
@@ -127,6 +172,16 @@ def values(s, row):
     k, m = float(intensity(s, a)), s["exponent"]
     if s["law"] == "load":
         note("load_factor", row["load_factor"][-1], np.sqrt(10.0 * modulus(s)) / k, row["load_factor_error"][-1], TADA)
+        note("onset load", row["load_factor"][0], np.sqrt(10.0 * modulus(s)) / float(intensity(s, s["tip"])), row["load_factor_error"][0], TADA)
+    elif s["law"] == "resistance":
+        right = displacement(s, a - s["tip"])
+        note("load", row["load"][-1], 1e7 * s["half"] * right / separation(s, a), row["load_error"][-1], TADA)
+        note("load_displacement", row["load_displacement"][-1], right, row["load_displacement_error"][-1], 2 * TADA)
+    elif s["law"] == "arrest":
+        given = displacement(s, s["far"])
+        way, there = arrested(s, given), arrested(s, (1 + 2 * TADA) * given)
+        error = row["crack_area_error"][-1] / s["cell"] if solid else row["crack_length_error"][-1]
+        note("arrest length", a - s["tip"], way, error, there / way - 1)
     elif s["law"] == "cycles":
         note("cycles", row["cycles"][-1], needed(s, a), row["cycles_error"][-1], m * TADA)
         if not solid:
@@ -145,16 +200,15 @@ def values(s, row):
 def measure(seed, number, program, program3d):
     """All values, with the specimen of each."""
     rows = []
-    for k in range(number):
-        s = draw(seed, k)
+    for s in (drawn(seed, k) for drawn in (draw, framed) for k in range(number)):
         with tempfile.TemporaryDirectory() as folder:
             run = Program(program3d if s["kind"] == "slab" else program, folder)(scene(s), codes=(0, 2, 3))
             if run.code != 0:
-                print(k, s["kind"], s["law"], "refused:", run.message.strip()[-200:])
+                print(s["kind"], s["law"], "refused:", run.message.strip()[-200:])
                 continue
             row = run.columns
-        rows += [(k, s["kind"], s["law"], s["plane"], s["order"], s["levels"], s["cell"], s["exponent"], *value) for value in values(s, row)]
-    return rows
+        rows += [(len(rows), s["kind"], s["law"], s["plane"], s["order"], s["levels"], s["cell"], s["exponent"], *value) for value in values(s, row)]
+    return rows + moving(seed, number // 4, program, program3d)
 
 
 def table(rows):

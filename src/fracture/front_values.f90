@@ -29,7 +29,8 @@ module hampm_front_values
    implicit none
    private
    public :: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, look_at_front, &
-             needs_front, record_front, mean_rate, front_fields, jumps_behind, part_along, between_hats, parts_of, place_hats
+             needs_front, record_front, mean_rate, front_fields, jumps_behind, part_along, between_hats, parts_of, place_hats, &
+             lasting_error, sample_error
 
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
@@ -696,6 +697,12 @@ contains
       error = error + values%off*abs(mean_rate(values))
    end function lasting_error
 
+   !> Error of a single sample of the mean of G [J/m2].
+   pure real(dp) function sample_error(values) result(error)
+      type(front_values_t), intent(in) :: values
+      error = values%of_mean%with_waves(lasting_error(values))
+   end function sample_error
+
    !> The part of the front of each hat function.
    pure function parts_of(values) result(part)
       type(front_values_t), intent(in) :: values
@@ -719,7 +726,7 @@ contains
       part_of_modes = part_of_modes/max(sum(abs(part_of_modes)), tiny(1.0_dp))
       history%is_of_none = values%has_ended
       call history%record('G_mean', 'J/m2', 'energy release rate, mean along the front', mean_rate(values))
-      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%of_mean%with_waves(lasting_error(values)))
+      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', sample_error(values))
       if (moves) call values%average%record(history)
       call history%record('G_largest', 'J/m2', 'largest energy release rate along the front', maxval(values%g))
       call history%record('G_largest_error', 'J/m2', 'estimated error of G_largest', & ! any place may have it

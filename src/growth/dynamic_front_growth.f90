@@ -205,13 +205,18 @@ contains
    end function ends_of
 
    !> Record how a crack stands.
-   subroutine record_motion(points, region, history)
+   subroutine record_motion(points, region, with_errors, history)
       type(growing_point_t), intent(in) :: points(:) !! of the crack
       type(region_t), intent(in) :: region
+      logical, intent(in) :: with_errors         !! whether a law tells speeds by G, whose errors are known
       type(history_t), intent(inout) :: history
       call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', region%cracked_area())
       call history%record('front_speed', 'm/s', 'speed at which its fronts grow, mean', &
                           sum(points%width*points%speed)/max(sum(points%width), tiny(1.0_dp)))
+      if (with_errors) call history%record('front_speed_error', 'm/s', 'estimated error of front_speed', &
+                                           sum(points%width*points%off_speed)/max(sum(points%width), tiny(1.0_dp)))
+      if (with_errors) call history%record('crack_area_error', 'm2', 'estimated error of crack_area at this time', &
+                                           sum(points%width*(points%off_way + points%speed*max(0.0_dp, points%onset_error))))
       call history%record('front_speed_largest', 'm/s', 'the largest along them', maxval(points%speed))
    end subroutine record_motion
 end module hampm_dynamic_front_growth

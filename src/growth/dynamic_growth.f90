@@ -8,9 +8,9 @@ module hampm_dynamic_growth
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t, last_point
-   use hampm_equation_of_motion, only: speed_by_toughness, excess_of, followed
+   use hampm_equation_of_motion, only: delay, speed_by_toughness, excess_of, followed, speed_off
    use hampm_forest, only: outside
-   use hampm_front_values, only: front_values_t, mean_rate
+   use hampm_front_values, only: front_values_t, lasting_error, mean_rate, sample_error
    use hampm_growing, only: growing_t, growing_point_t, next_t, prescribed_advance, share_of_shear, part_of_crack
    use hampm_growth_points, only: next_of_points
    use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_for, is_free, why_no_room, find_end, &
@@ -23,6 +23,7 @@ module hampm_dynamic_growth
    use hampm_moving_tip, only: rayleigh_speed, lead_of_release, release_length
    use hampm_model, only: model_t
    use hampm_tensors, only: norm, in_plane
+   use hampm_tolerance, only: bounded_ratio
    use hampm_text, only: three_digits
    use hampm_turned_tips, only: sharp
    implicit none
@@ -517,6 +518,7 @@ contains
       type(next_t) :: next(size(growing%points))
       real(dp) :: since                          ! the last search [s]
       real(dp) :: speed, wave, cell, start       ! [m/s], [m], [s]
+      real(dp) :: left                           ! of a change, until the next search [-]
       integer :: k, j, law(size(next))
       logical :: is_measured, is_first, has_moved, by_toughness(size(next))
       start = m%state%time
@@ -565,6 +567,7 @@ contains
                if (material%has_history) call take_share(pack([(j, j=1, size(next))], by_toughness .and. &
                   merge(growing%points%crack == point%crack, [(j == k, j=1, size(next))], point%front > 0)), k, cell)
                wave = rayleigh_speed(material)
+               left = exp(-since*material%shear_wave_speed()/(settling*cell))
                speed = min(point%speed, slower*wave)
                point%lagged_speed = followed(point%lagged_speed, speed, since, material%shear_wave_speed(), cell)
                if (point%front == 0) then        ! what follows from before a turn is of its speed
@@ -574,9 +577,8 @@ contains
                point%driving = (1 + point%excess)*next(k)%toughness
                if (is_first) point%lagged_excess = point%excess
                if (rate >= next(k)%toughness .and. .not. (point%is_running .or. point%onset >= 0)) call note_onset(k, &
-                  (point%excess - point%lagged_excess)*material%shear_wave_speed()/(settling*cell))
-               point%lagged_excess = point%excess + (point%lagged_excess - point%excess)*exp(-since*material%shear_wave_speed()/ &
-                                                                                             (settling*cell))
+                  (point%excess - point%lagged_excess)*(1 - left)/since, delay*cell/material%shear_wave_speed())
+               point%lagged_excess = point%excess + (point%lagged_excess - point%excess)*left
                point%is_running = point%is_running .or. rate >= next(k)%toughness
                point%memory = late*cell/material%shear_wave_speed()
                if (point%front == 0) then
@@ -584,6 +586,9 @@ contains
                   if (point%is_running .and. .not. growing%is_implicit) &
                      call note_coarse_cells([k], cracks%tips(k)%grown/cracks%tips(k)%nodes%spacing)
                end if
+               if (point%is_running .and. point%front == 0) point%off_way = point%off_way + since* &
+                  speed_off(of, next(k)%advance, rate, bounded_ratio(values(k)%average%error, values(k)%average%mean, 1.0_dp) + &
+                            merge(abs(point%excess), 0.0_dp, growing%is_implicit), point%lagged_speed, wave)
                if (.not. point%is_running .or. growing%is_implicit) cycle
                if (is_measured) then
                   point%speed = speed_by_toughness(of, next(k)%advance, rate, point%lagged_speed, wave)
@@ -597,12 +602,33 @@ contains
       end do
       do j = 1, size(fronts)
          associate (of => pack([(k, k=1, size(next))], growing%points%front == j .and. growing%points%is_running))
+            call follow_errors(of, fronts(j))
             if (any(growing%points(of)%onset >= 0)) call note_coarse_cells(of, maxval(growing%points(of)%speed)* &
                                                                          (start - growing%points(of(1))%onset)/m%grid%finest_cell)
          end associate
       end do
 
    contains
+
+      !> Follow the errors of the speed and the way of a front in the mean: by that of G, and by those of G that last over cells.
+      subroutine follow_errors(of, front)
+         integer, intent(in) :: of(:)            !! numbers of its points that run
+         type(front_values_t), intent(in) :: front
+         growing%points(of)%off_speed = mean_off(of, bounded_ratio(sample_error(front), mean_rate(front), 1.0_dp))
+         growing%points(of)%off_way = growing%points(of)%off_way + &
+                                      since*mean_off(of, bounded_ratio(lasting_error(front), mean_rate(front), 1.0_dp))
+      end subroutine follow_errors
+
+      !> The mean error of the speed of points of a front where G is off by a part [m/s].
+      pure real(dp) function mean_off(of, part)
+         integer, intent(in) :: of(:)            !! their numbers
+         real(dp), intent(in) :: part            !! [-]
+         real(dp) :: off(size(of))
+         off = [(speed_off(model%growth(law(of(k))), next(of(k))%advance, next(of(k))%rate, part, &
+                           growing%points(of(k))%lagged_speed, rayleigh_speed(m%materials(growing%points(of(k))%material))), &
+                 k=1, size(of))]
+         mean_off = sum(growing%points(of)%width*off)/max(sum(growing%points(of)%width), tiny(1.0_dp))
+      end function mean_off
 
       !> Note a tip, or the points of a front in the mean, that runs far above its toughness.
       subroutine note_coarse_cells(of, way)
@@ -616,11 +642,12 @@ contains
                                   ' s. Its speed and fracture_energy may be off; take smaller cells there', message)
       end subroutine note_coarse_cells
 
-      !> Note, as a point or the first of a crack with fronts starts, the error of its time: that of G over how fast it rises, or a
-      !> step. It is told where the time is off by a twentieth.
-      subroutine note_onset(k, rise)
+      !> Note, as a point or the first of a crack with fronts starts, the error of its time: that of G over how fast it rises, the
+      !> time by which cells are late, and a step. It is told where the time is off by a twentieth.
+      subroutine note_onset(k, rise, late)
          integer, intent(in) :: k                !! number of the point
          real(dp), intent(in) :: rise            !! of G over the toughness [1/s]
+         real(dp), intent(in) :: late            !! [s]
          type(best_t) :: best
          real(dp) :: part                        ! error of G over G [-]
          associate (point => growing%points(k))
@@ -630,8 +657,8 @@ contains
                best = values(k)%best(cracks%tips(k), m%materials(point%material)%isotropic)
                part = best%error/best%rate
             end if
-            point%onset_error = since
-            if (rise > 0) point%onset_error = max(since, part*(1 + point%excess)/rise)
+            point%onset_error = since + late
+            if (rise > 0) point%onset_error = point%onset_error + part*(1 + point%excess)/rise
             if (point%front > 0) then
                where (growing%points%crack == point%crack) growing%points%onset_error = point%onset_error
             end if

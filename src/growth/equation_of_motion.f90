@@ -13,7 +13,7 @@ module hampm_equation_of_motion
    use hampm_toughness, only: advance_t
    implicit none
    private
-   public :: speed_by_toughness, excess_of, followed
+   public :: delay, speed_by_toughness, excess_of, followed, speed_off
 
    real(dp), parameter :: delay = 0.5_dp         !! of the measured G, in travel times of shear waves through a cell
 
@@ -55,6 +55,19 @@ contains
          exceeds = excess_of(rate, of%toughness_at(there), at, before, wave) > 0
       end function exceeds
    end function speed_by_toughness
+
+   !> By how much the speed differs where the energy release rate is off by a part of it, the larger way [m/s].
+   pure real(dp) function speed_off(of, advance, rate, part, before, wave) result(off)
+      type(growth_t), intent(in) :: of
+      type(advance_t), intent(in) :: advance     !! as in `speed_by_toughness`
+      real(dp), intent(in) :: rate               !! measured [J/m2]
+      real(dp), intent(in) :: part               !! its error over it [-]
+      real(dp), intent(in) :: before, wave       !! as there [m/s]
+      real(dp) :: speed
+      speed = speed_by_toughness(of, advance, rate, before, wave)
+      off = max(speed_by_toughness(of, advance, (1 + part)*rate, before, wave) - speed, &
+                speed - speed_by_toughness(of, advance, max(0.0_dp, 1 - part)*rate, before, wave))
+   end function speed_off
 
    !> Energy release rate at a speed over the toughness, less 1 [-].
    elemental real(dp) function excess_of(rate, toughness, speed, before, wave) result(excess)

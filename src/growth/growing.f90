@@ -8,8 +8,9 @@ module hampm_growing
    use hampm_crack_placement, only: take_toughness
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
-   use hampm_crack_values, only: crack_values_t, best_rate
+   use hampm_crack_values, only: crack_values_t, best_rate, best_t
    use hampm_cracks, only: cracks_t
+   use hampm_equation_of_motion, only: speed_off
    use hampm_fatigue, only: fatigue_t, new_fatigue, record_cycle, archive_fatigue
    use hampm_front_values, only: front_values_t, parts_of
    use hampm_history, only: history_t
@@ -17,13 +18,18 @@ module hampm_growing
    use hampm_load_work, only: load_state_t, archive_load_state
    use hampm_material, only: material_t
    use hampm_model, only: model_t
+   use hampm_moving_tip, only: rayleigh_speed
    use hampm_text, only: add_line, to_text, three_digits
+   use hampm_tolerance, only: bounded_ratio
    use hampm_toughness, only: advance_t, direction_of
    implicit none
    private
    public :: growing_t, growing_point_t, point_search_t, next_t, law_of, prescribed_advance, share_of_shear, new_growing, &
              record_growth, note_branching, record_frame, record_place, record_onset, archive_growing, fitting, &
              note_taken, tell_taken, part_of_crack, widths_of, add_once
+
+   !> How close a controlled quantity comes, over it: K of a tip varies as much with its place in a cell.
+   real(dp), parameter, public :: close_control = 1e-3_dp
 
    integer, parameter, public :: by_load = 1     !! at rest: loads are scaled until the largest G is the toughness
    integer, parameter, public :: by_frame = 2    !! at rest: as a load frame moves
@@ -62,6 +68,7 @@ module hampm_growing
       real(dp) :: off_path = 0                   !! sum of squares of what its ways are off in direction [m2]
       real(dp) :: beside = 0                        !! by which straight increments are beside a path that turns [m]
       real(dp) :: heading = 0                    !! direction of the last, from x to the left [rad]
+      real(dp) :: reach = 0                      !! way in which a quantity that is controlled changes by all of itself [m]
       ! In motion, of tips of law = toughness in implicit steps, which search for their advance
       real(dp) :: excess = 0                     !! G over the toughness, less 1, after the last step [-]
       real(dp) :: lagged_excess = -1             !! the same, explicit: as it follows in the time for which a cut shakes cells [-]
@@ -69,6 +76,8 @@ module hampm_growing
       ! In motion
       real(dp) :: onset = -1                     !! when it, or a front of its crack, began to move; below 0: it has not [s]
       real(dp) :: onset_error = -1               !! of that, by the error of G and how fast it rises; below 0: not known [s]
+      real(dp) :: off_way = 0                    !! law = toughness: error of its way by those of its speed; of fronts the mean [m]
+      real(dp) :: off_speed = 0                  !! of a front: error of its speed, in the mean [m/s]
       real(dp) :: last_motion = -1               !! when it, or a front of its crack, moved last [s]
       integer :: law = 0                         !! number of its present or last &growth; 0: none so far
       real(dp) :: unloading_length = 0                      !! given speed, after arrest: unloading length of bonded points [m]
@@ -131,6 +140,7 @@ module hampm_growing
       real(dp) :: displacement = 0               !! its displacement at the specimen [m]
       real(dp) :: frame_displacement = 0         !! that at its other end [m]
       real(dp) :: controlled = 0                 !! of the controlled quantity, at the end of the step before
+      real(dp) :: first_critical = 0             !! the same as a point first grew; 0: none has
       real(dp) :: compliance = 0                 !! change of `frame_displacement` with the load factor; 0: not known [m]
       real(dp) :: part = 1                       !! part of an increment for the advance of tips
       logical :: have_onsets = .false.           !! whether cracks may appear
@@ -598,6 +608,8 @@ contains
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
                                 next%toughness)
          history%is_of_none = .not. of%is_measured()
+         if (.not. growing%is_static .and. values%errors%are_known .and. .not. all(model%growth%law%gives_speed())) &
+            call record_speed_off(growing%points(tip), of, model%growth(max(1, law)), next, values, material, history)
          if (growing%has_rates) call record_cycle(growing%fatigue, model, tip, values%errors%are_known, history)
          history%is_of_none = history%is_of_none .or. .not. material%isotropic .or. material%has_history .or. of%has_layers
          if (values%recorded%by_fields .and. .not. growing%is_static) call record_by_fields(of, values, history)
@@ -613,6 +625,26 @@ contains
          call history%record('kink_angle', 'deg', 'angle of that kink, to the left', next%kink*180/acos(-1.0_dp))
       end associate
    end subroutine record_growth
+
+   !> Record the errors of the speed of a tip in motion, by that of G, and of its way: by those of its speed so far and its start.
+   subroutine record_speed_off(point, tip, of, next, values, material, history)
+      type(growing_point_t), intent(in) :: point
+      type(crack_tip_t), intent(in) :: tip
+      type(growth_t), intent(in) :: of           !! its law now
+      type(next_t), intent(in) :: next
+      type(crack_values_t), intent(in) :: values
+      type(material_t), intent(in) :: material   !! at the tip
+      type(history_t), intent(inout) :: history
+      real(dp) :: off
+      type(best_t) :: best
+      off = 0
+      best = values%best(tip, material%isotropic)
+      if (point%is_running .and. .not. of%law%gives_speed()) off = speed_off(of, next%advance, next%rate, &
+         bounded_ratio(best%error, best%rate, 1.0_dp), point%lagged_speed, rayleigh_speed(material))
+      call history%record('tip_speed_error', 'm/s', 'estimated error of tip_speed', off)
+      call history%record('crack_length_error', 'm', 'estimated error of crack_length at this time, by this tip', &
+                          point%off_way + tip%speed*max(0.0_dp, point%onset_error))
+   end subroutine record_speed_off
 
    !> Record K by the interaction integral with the fields of a running tip, beside J. Its error: difference of both and of domains.
    subroutine record_by_fields(tip, values, history)
@@ -697,6 +729,7 @@ contains
       if (growing%is_static) call archive_load_state(growing%loads, archive)
       if (growing%has_rates) call archive_fatigue(growing%fatigue, archive)
       call archive%serialise('controlled', growing%controlled)
+      call archive%serialise('first_critical', growing%first_critical)
       call archive%serialise('compliance', growing%compliance)
       call archive%serialise('have_no_load', growing%have_no_load)
       call archive%serialise('onset_crack', growing%onset_crack)
@@ -730,11 +763,14 @@ contains
       call archive%archive_reals('off_path', n, growing%points%off_path)
       call archive%archive_reals('beside', n, growing%points%beside)
       call archive%archive_reals('heading', n, growing%points%heading)
+      call archive%archive_reals('reach', n, growing%points%reach)
       call archive%archive_reals('width', n, growing%points%width)
       call archive%archive_reals('shear', n, growing%points%shear)
       call archive%archive_reals('speed', n, growing%points%speed)
       call archive%archive_reals('lagged_speed', n, growing%points%lagged_speed)
       call archive%archive_reals('onset_error', n, growing%points%onset_error)
+      call archive%archive_reals('off_way', n, growing%points%off_way)
+      call archive%archive_reals('off_speed', n, growing%points%off_speed)
       call archive%archive_reals('excess', n, growing%points%excess)
       call archive%archive_reals('lagged_excess', n, growing%points%lagged_excess)
       call archive%archive_reals('toughness', n, growing%points%toughness)

@@ -485,13 +485,15 @@ contains
    end function places_of
 
    !> Record how a front stands.
-   subroutine record_points(growing, model, next, cracks, fronts, number, history)
+   subroutine record_points(growing, model, next, cracks, fronts, number, has_reach, off_ways, history)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
       type(next_t), intent(in) :: next(:)        !! of all points
       type(cracks_t), intent(in) :: cracks
       type(front_values_t), intent(in) :: fronts(:)
       integer, intent(in) :: number              !! of the front
+      logical, intent(in) :: has_reach           !! whether ways follow a load frame and have these errors
+      real(dp), intent(in) :: off_ways(:)        !! of all points then [m]
       type(history_t), intent(inout) :: history
       real(dp), dimension(size(growing%points)) :: speeds, off
       integer :: first, last, k
@@ -504,14 +506,18 @@ contains
       if (growing%driver == by_cycles) return
       call history%record_along_front('toughness', 'J/m2', 'energy release rate at which the front grows there', &
                                       next(first:last)%toughness)
-      if (growing%driver /= by_time) return
+      if (.not. (growing%driver == by_time .or. has_reach)) return
       associate (fatigue => growing%fatigue, front => fronts(number))
-         speeds = rates_of(fatigue, model, fatigue%at, 1)
-         off = way_error(fatigue, [(k, k=1, size(off))], speeds)
-         call history%record_along_front('speed', 'm/s', 'speed at which the front grows there', speeds(first:last))
+         off = off_ways
+         if (growing%driver == by_time) then
+            speeds = rates_of(fatigue, model, fatigue%at, 1)
+            off = way_error(fatigue, [(k, k=1, size(off))], speeds)
+            call history%record_along_front('speed', 'm/s', 'speed at which the front grows there', speeds(first:last))
+         end if
          call history%record('crack_area_error', 'm2', 'estimated error of crack_area at this time', &
                              front%domain%front%length*sum(parts_of(front)*off(first:last)))
          call history%record_along_front('extension_error', 'm', 'estimated error of extension', off(first:last))
+         if (has_reach) return
          off = errors_of_rates(fatigue, model)
          call history%record_along_front('speed_error', 'm/s', 'estimated error of speed', off(first:last))
       end associate

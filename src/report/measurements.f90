@@ -25,8 +25,8 @@ module hampm_measurements
    use hampm_static_front_growth, only: record_points
    use hampm_static_growth, only: has_held_drive
    use hampm_fatigue, only: time_error
-   use hampm_growing, only: by_cycles, by_load, by_time, growing_t, record_growth, record_frame, record_place, &
-                            record_onset
+   use hampm_growing, only: by_cycles, by_frame, by_load, by_time, close_control, growing_t, record_growth, record_frame, &
+                            record_place, record_onset
    use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, &
                                  look_at_front, needs_front, jumps_behind, record_front, mean_rate
    use hampm_history, only: history_t
@@ -452,7 +452,11 @@ contains
       type(growing_t), intent(in) :: growing
       real(dp), intent(in) :: dt                 !! length of the last step [s]
       type(measurements_t), intent(inout) :: m
+      real(dp) :: off                            ! error of the load over it [-]
+      logical :: has_reach
       integer :: k
+      off = 0
+      has_reach = .false.
       associate (history => m%history, p => problem%particles, grid => problem%grid)
          call history%begin_row()
          call history%record('time', 's', 'time', problem%state%time)
@@ -503,15 +507,15 @@ contains
             end if
             if (model%control%is_there()) call record_frame(growing, model%control%stiffness, history)
             if (growing%is_static .and. .not. growing%has_rates .and. have_errors(m) .and. .not. has_held_drive(problem)) then
-               associate (off => part_of_rate(problem, cracks, m)/merge(2, 1, all(problem%materials%linear)))
-                  call history%record('load_factor_error', '1', 'estimated error of load_factor, where growth sets it', &
-                                      off*abs(growing%load_factor))
-                  if (model%control%is_there()) call history%record('load_error', 'N', 'estimated error of load', &
-                                                                    off*abs(growing%load))
-                  if (model%control%is_there() .and. growing%driver == by_load) &
-                     call history%record('load_displacement_error', 'm', 'estimated error of load_displacement', &
-                                         off*abs(growing%displacement))
-               end associate
+               off = part_of_rate(problem, cracks, m)/merge(2, 1, all(problem%materials%linear))
+               has_reach = growing%driver == by_frame
+               call history%record('load_factor_error', '1', 'estimated error of load_factor, where growth sets it', &
+                                   off*abs(growing%load_factor))
+               if (model%control%is_there()) call history%record('load_error', 'N', 'estimated error of load', &
+                                                                 off*abs(growing%load))
+               if (model%control%is_there() .and. growing%driver == by_load) &
+                  call history%record('load_displacement_error', 'm', 'estimated error of load_displacement', &
+                                      off*abs(growing%displacement))
             end if
             call history%record('fracture_energy', 'J', 'energy dissipated by growth: static, the integral of G over the new '// &
                                 'area; dynamic, the work of nodal release; half of it on a symmetry plane', &
@@ -529,6 +533,8 @@ contains
             if (growing%are_there()) &
                call record_growth(growing, model, problem%materials(cracks%tips(k)%material_in(problem%materials)), cracks, k, &
                                   m%crack(k), problem%state%time, history)
+            if (has_reach) call history%record('crack_length_error', 'm', 'estimated error of crack_length at this time, by '// &
+                                               'this tip', (off + 2*close_control)*growing%points(k)%reach)
             if (cracks%tips(k)%has_zone) then
                if (.not. growing%are_there()) call record_place(cracks, cracks%tips(k), history)
                call history%record('zone_length', 'm', 'length of the faces ahead of the tip that are damaged', &
@@ -542,13 +548,14 @@ contains
             call record_front(m%fronts(k), growing%are_there() .and. .not. growing%is_static, history)
             if (growing%are_there() .and. growing%is_static) &
                call record_points(growing, model, next_of_points(growing, model, cracks, m%crack, m%fronts), cracks, &
-                                  m%fronts, k, history)
+                                  m%fronts, k, has_reach, (off + 2*close_control)*growing%points%reach, history)
          end do
          do k = 1, merge(size(model%planes), 0, growing%are_there() .and. .not. growing%is_static)
             if (.not. any(growing%points%crack == k .and. growing%points%grows)) cycle
             history%of_tip = ''
             if (k > 1) history%of_tip = '_crack'//to_text(k)
-            call record_motion(pack(growing%points, growing%points%crack == k), cracks%regions(k), history)
+            call record_motion(pack(growing%points, growing%points%crack == k), cracks%regions(k), &
+                               have_errors(m) .and. .not. all(model%growth%law%gives_speed()), history)
          end do
          history%of_tip = ''
          if (size(m%crack) > 0 .and. size(model%constraints) > 0) &

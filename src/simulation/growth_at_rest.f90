@@ -2,12 +2,13 @@
 !> scaled until the largest G is the toughness or a crack appears, or follow a load frame that is given its load or displacement.
 !> Load cycles (`hampm_growth_in_cycles`) have steps in common with this.
 module hampm_growth_at_rest
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: exit_computation, failure_t
    use hampm_fatigue, only: largest_loads
    use hampm_front_values, only: front_values_t
-   use hampm_growing, only: by_frame, by_time, next_t
+   use hampm_growing, only: by_frame, by_time, close_control, growing_t, next_t
    use hampm_growth_points, only: book_fracture, next_of_points
    use hampm_growth_room, only: is_plane_open, see_around_tips
    use hampm_instant, only: go_back_to, instant_t, save_instant
@@ -424,6 +425,7 @@ contains
          call load_in_symmetry(s, failure)
          if (failure%failed()) return
          critical = controlled(s)
+         call note_reach(s%growing, last, critical)
          if (abs(critical) < abs(target)) cycle
          call shorten_increment(s, before, factor, last, target, failure)
          if (s%is_over) return
@@ -447,15 +449,14 @@ contains
       real(dp), intent(in) :: first              !! the quantity at G = toughness then; afterwards the present one
       real(dp), intent(in) :: target
       type(failure_t), intent(inout) :: failure
-      real(dp), parameter :: close = 1e-3_dp     ! of the quantity: K of a tip varies as much with its place in a cell
       integer, parameter :: most = 5
       real(dp) :: part(2), off(2), now
       integer :: trial, side, ended
       part = [0.0_dp, min(1.0_dp, maxval(s%growing%points%advance/s%model%growth(max(1, s%growing%points%law))%increment))]
-      off = [first, controlled(s)] - (1 + close)*target ! G is hardly below the toughness: no more growth there
+      off = [first, controlled(s)] - (1 + close_control)*target ! G is hardly below the toughness: no more growth there
       now = off(2)
       do trial = 1, most
-         if (abs(now) <= close*abs(target)) exit
+         if (abs(now) <= close_control*abs(target)) exit
          s%growing%part = part(1) - off(1)*(part(2) - part(1))/(off(2) - off(1))
          ended = count(s%growing%points%has_ended)
          s%cracks = before                       ! as before that increment, with the loads there
@@ -468,7 +469,7 @@ contains
          if (s%is_over .or. s%growing%is_adrift .or. count(s%growing%points%has_ended) > ended) exit
          call load_in_symmetry(s, failure)
          if (failure%failed()) return
-         now = controlled(s) - (1 + close)*target
+         now = controlled(s) - (1 + close_control)*target
          side = merge(1, 2, now*off(1) > 0)
          off(3 - side) = off(3 - side)/2
          part(side) = s%growing%part
@@ -476,6 +477,26 @@ contains
       end do
       s%growing%part = 1
    end subroutine shorten_increment
+
+   !> Note by how much the controlled quantity at which G is the toughness rises with the way of points that have advanced: in the
+   !> last increment or, if that is less, since they first grew. NaN where it does not rise.
+   subroutine note_reach(growing, last, now)
+      type(growing_t), intent(inout) :: growing
+      real(dp), intent(in) :: last, now          !! the quantity before and after the increment
+      real(dp) :: rise, rise_of_all
+      integer :: k
+      if (.not. abs(growing%first_critical) > 0) growing%first_critical = last
+      rise = abs(now) - abs(last)
+      rise_of_all = abs(now) - abs(growing%first_critical)
+      do k = 1, size(growing%points)
+         associate (point => growing%points(k))
+            if (.not. point%advance > 0) cycle
+            point%reach = ieee_value(rise, ieee_quiet_nan)
+            if (rise > 0 .and. rise_of_all > 0) &
+               point%reach = abs(now)*max(point%advance/rise, (point%extension + point%advance)/rise_of_all)
+         end associate
+      end do
+   end subroutine note_reach
 
    !> The controlled quantity, with the load frame measured.
    pure real(dp) function controlled(s)

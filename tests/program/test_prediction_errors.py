@@ -10,6 +10,8 @@ from harness import run
 
 sys.path.insert(0, str(BENCH))
 
+import growth_specimens as moving  # noqa: E402
+import h5py  # noqa: E402
 import prediction_coverage as drawn  # noqa: E402
 from cracks import scene  # noqa: E402
 
@@ -38,6 +40,7 @@ def test_a_crack_rests_where_its_toughness_is_the_energy_release_rate(hampm):
     print("ways", way, "off by", off)
     assert way[-1] == pytest.approx(0.018) and np.sum(way > 0) >= 2
     assert np.all(off < 5e-4)  # K varies by half a percent with the place of the tip in its cell
+    assert np.all(off <= row["crack_length_error"] + 1e-12) and row["crack_length_error"][-1] < 3 * 5e-4
     assert row["G"][way > 0] == pytest.approx(row["toughness"][way > 0], rel=4e-3)
 
 
@@ -66,3 +69,29 @@ def test_the_way_by_a_speed_that_rises_is_within_its_error(hampm, number):
     print(off, bar)
     assert specimen["law"] == "time" and specimen["exponent"] == 16 and off[-1] > 0.4e-3
     assert np.all(off <= bar) and np.all(bar[1:4] < 10 * off[1:4])
+
+
+@pytest.mark.parametrize("number", (0, 5, 12, 17))
+def test_a_crack_arrests_within_the_error_of_its_length(hampm, number):
+    """Strips and centre cracks whose toughness rises, in a load frame: length, load and displacement against closed forms; both orders."""
+    specimen = drawn.framed(1, number)
+    row = run(hampm, drawn.scene(specimen))
+    found = drawn.values(specimen, row)
+    print(specimen["kind"], specimen["law"], found)
+    assert len(found) == (2 if specimen["law"] == "resistance" else 1)
+    assert all(off <= bar + more for _, off, bar, more in found)
+
+
+@pytest.mark.parametrize("kind, number", (("slow", 1), ("slow", 5), ("wave", 0), ("wave", 6), ("speed", 5), ("speed", 3), ("path", 6)))
+def test_motion_has_errors_that_hold(hampm, hampm3d, kind, number):
+    """Start by grips that move slowly, in opening and shear, and by waves of both; speed and way in a strip; a path that is straight."""
+    solid, text, found = moving.drawn(getattr(moving, kind), 1, number)
+    row = run(hampm3d if solid else hampm, text)
+    told = {}
+    if kind in ("slow", "wave"):
+        with h5py.File(row.path) as file:
+            told = dict(file[f"history/{'front' if solid else 'tip'}_speed"].attrs)
+    for name, value, exact, error, more in found(row, told):
+        print(name, value, exact, error)
+        assert abs(value - exact) <= error + more * abs(exact)
+        assert error < 0.06 * abs(exact)
