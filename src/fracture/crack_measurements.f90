@@ -4,7 +4,7 @@ module hampm_crack_measurements
    use hampm_kinds, only: dp, ndim, corners
    use hampm_tensors, only: norm
    use hampm_tolerance, only: bounded_ratio
-   use hampm_crack_tip, only: crack_tip_t
+   use hampm_crack_tip, only: crack_tip_t, frame_along
    use hampm_crack_values, only: crack_values_t, best_t, best_rate
    use hampm_cracks, only: cracks_t
    use hampm_estimated_errors, only: error_t, pace_t, follow, follow_speed, is_new_slot, is_sample, needs_sample, &
@@ -121,7 +121,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(inout) :: values
-      real(dp), parameter :: ahead = 1.5_dp, beside = 0.237_dp ! cells, by which hardly a place is on an edge
+      real(dp), parameter :: ahead = 1.5_dp, beside = 0.237_dp ! cells, by which none is on its line, hardly one on an edge
       real(dp) :: places(ndim, corners)          ! beyond cells that it cuts, whose pieces may be all but empty [m]
       type(pace_t) :: pace
       integer :: k
@@ -129,7 +129,8 @@ contains
       pace = pace_of(problem, tip, values)
       if (.not. is_new_slot(values%arrival, problem%state%time, pace)) return
       do k = 1, corners
-         places(:, k) = tip%now + tip%nodes%spacing*(ahead*tip%direction + beside*(2*corner_offset(k) - 1))
+         places(:, k) = tip%now + tip%nodes%spacing*(ahead*tip%direction + beside*matmul(frame_along(tip%direction), &
+                                                                                         2*corner_offset(k) - 1))
       end do
       call look_for_arrival(problem, places, pace, values%arrival)
    end subroutine look_at_tip

@@ -404,3 +404,23 @@ def test_a_tip_at_the_speed_of_rayleigh_waves_has_no_intensity(hampm):
     fastest = row["speed_ratio_tip2"] == 1
     assert np.any(fastest) and np.all(row["G_tip2"][fastest] > 0)
     assert np.all(row["K_I_tip2"][fastest] == 0) and np.all(row["K_II_tip2"][fastest] == 0)
+
+
+OBLIQUE = """&run end_time = 2.4e-6 /
+&grid lower = 0.0, {grid!r}  cell = 0.001  cells = 16, 16 /
+&material name = 'm'  young = 70e9  density = 5400.0 /
+&body material = 'm'  points_per_cell = 1  lower = 0.0, {lower!r}  upper = 0.011, {upper!r} /
+&body material = 'm'  lower = 0.011, {lower!r}  upper = 0.013, {upper!r}  velocity = -33.0, 0.0 /
+&crack kind = 'line'  tip = 0.005809369875758117, {tip!r}  direction = 0.7071067811865476, {way!r} /
+&method frame = 'updated' /
+&energy_release estimators = 'domain_integral' /
+&output history_interval = 3e-7 /
+"""
+
+
+def test_a_wave_arrives_alike_at_the_mirror_image_of_an_oblique_crack(hampm):
+    """A crack along the diagonal of cells: where waves are looked for ahead of it no place is on its line, at which rounding would choose between its sides."""
+    one = run(hampm, OBLIQUE.format(grid=0.0, lower=0.0, upper=0.01, tip=0.004823752512903356, way=0.7071067811865475))
+    other = run(hampm, OBLIQUE.format(grid=-0.016, lower=-0.01, upper=0.0, tip=-0.004823752512903356, way=-0.7071067811865475))
+    for name in ("J", "G", "J_error", "G_error", "K_I_error"):
+        assert other[name] == pytest.approx(one[name], rel=1e-6, abs=1e-9 * np.max(np.abs(one[name]))), name
