@@ -215,7 +215,7 @@ def drift(program, method, *more):
 
     The courant number of the settings of &method is that of shear waves; `more` are further groups.
     """
-    text = scene((40, 20), 0.3, 500.0, 10.0, method, "neo_hookean")
+    text = scene((40, 20), 0.3, 500.0, 10.0, method | {"frame": "'updated'"}, "neo_hookean")
     text += body((2, 2), (5, 6), (0.022, 0.0083)) + body((5, 2), (8, 6), (0.018, 0.0083)) + "".join(more)
     try:
         columns = program(text).columns

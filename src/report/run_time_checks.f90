@@ -39,7 +39,7 @@ module hampm_run_time_checks
    real(dp), parameter :: largest_gain = 0.5_dp  !! of energy without work, over the largest energy so far [-]
    ! The limit of bodies whose edges cut cells is found on a sample of such cells: others are nearer to it, and swing by more
    real(dp), parameter :: largest_gain_of_shapes = 0.9_dp
-   real(dp), parameter :: noticed_gain = 0.1_dp  !! the same, over the largest energy of deformation and of work, to be reported [-]
+   real(dp), parameter :: noticed_gain = 0.1_dp  !! the same or a loss, over the largest energy of deformation and of work, to be reported [-]
    real(dp), parameter :: noticed_error = 0.1_dp !! of the strain energy that stretched material may have in it, to be reported [-]
    real(dp), parameter :: rounding = 1e-9_dp     !! part of the largest energy that a long run may gain by rounding [-]
    real(dp), parameter :: turned_by_contact = 0.01_dp !! the same by bodies that meet
@@ -54,6 +54,7 @@ module hampm_run_time_checks
    real(dp), parameter :: absurd_gradient = 10   !! of the displacement, which neither rotations nor materials have [-]
    real(dp), parameter :: largest_turn = 0.1_dp  !! of faces that press on each other, up to which their normals are right [rad]
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
+                              fallen = 'the energy has fallen by ', &
                               by_meeting = 'bodies that meet have changed their angular momentum by ', &
                               slowed = 'the angular momentum has changed by ', &
                               mixed = 'valid for small strain only', &
@@ -81,8 +82,7 @@ contains
       stored = measurements%kinetic_energy + measurements%strain_energy
       gain = stored + measurements%plastic_dissipation + measurements%viscous_dissipation + problem%energies%damping_loss &
              + problem%energies%absorbed_energy - problem%energies%external_work - measurements%initial_energy &
-             - abs(problem%energies%prescribed%work) & ! of which half waits for the next step's forces
-             - work_of_step(problem%loads, problem%particles, problem%state%time, problem%state%last_dt)
+             - uncertain_work(problem)
       if (allocated(problem%state%velocity)) gain = min(gain, 0.0_dp) ! they overshoot stably (docs/explanation/implicit.md)
       largest = merge(largest_gain_of_shapes, largest_gain, allocated(problem%grid%bodies))
       crushed = most_crushed_particle(problem%particles, problem%materials)
@@ -108,6 +108,7 @@ contains
                              liveliest(problem)//of_step(problem, time))
       else
          call check_energy_gain(problem, time, measurements, gain, warning)
+         call check_energy_loss(problem, time, measurements, warning)
          call check_energy_balance(problem, time, measurements, warning)
          call check_strain(problem, warning)
          call check_stretch(problem, measurements, warning)
@@ -160,6 +161,38 @@ contains
       call warn(problem%state%when()//gained//three_digits(gain)//' J more than the loads have done work, '//three_digits(100*gain &
                 /measurements%largest_inner_energy)//' % of what the material stores. Likely cause: '//cause, gained, warning)
    end subroutine check_energy_gain
+
+   !> Warn, once, where energy has been lost by a notable part of the stored energy, also where the energy balance books it: usl
+   !> damps waves of few cells, and cells that recombine average velocities.
+   subroutine check_energy_loss(problem, time, measurements, warning)
+      type(problem_t), intent(in) :: problem
+      character(*), intent(in) :: time
+      type(measurements_t), intent(in) :: measurements
+      character(:), allocatable, intent(inout) :: warning
+      real(dp) :: lost                           ! [J]
+      if (time /= 'explicit') return
+      lost = missing_energy(problem, measurements) - uncertain_work(problem)
+      if (lost <= noticed_gain*measurements%largest_inner_energy) return
+      if (lost <= max(rounding*max(measurements%largest_energy, measurements%initial_energy), measurements%rounding_energy)) return
+      call warn(problem%state%when()//fallen//three_digits(lost)//' J more than work and dissipation tell, '// &
+                three_digits(100*lost/measurements%largest_inner_energy)//' % of what the material stores: vibrations are '// &
+                'too small. Likely cause: waves of few cells are damped, as by cells that recombine; use smaller &grid cell'// &
+                other_scheme(problem), fallen, warning)
+   end subroutine check_energy_loss
+
+   !> What the energies of a run lack of the work on it and its first energy, also what the energy balance books as lost [J].
+   pure real(dp) function missing_energy(problem, measurements) result(missing)
+      type(problem_t), intent(in) :: problem
+      type(measurements_t), intent(in) :: measurements
+      missing = energy_residual(problem, measurements)*measurements%largest_energy + problem%energies%numerical_loss
+   end function missing_energy
+
+   !> Work that a step may have too much or too little: half of that of prescribed motion waits for the next step's forces [J].
+   pure real(dp) function uncertain_work(problem) result(work)
+      type(problem_t), intent(in) :: problem
+      work = abs(problem%energies%prescribed%work) &
+             + work_of_step(problem%loads, problem%particles, problem%state%time, problem%state%last_dt)
+   end function uncertain_work
 
    !> Warn, once, where the energy balance has an error of a notable part of the energy: the work on a particle in a step is by the
    !> mean of its stresses before and after, wrong where one step strains it by much, as a node with next to no mass does with usl.
@@ -271,18 +304,13 @@ contains
       integer :: k
       if (problem%particles%total_frame .or. is_reported(flown, warning)) return
       far = 0
-      associate (lines => problem%grid%cut_cells%lines, energies => problem%energies)
+      associate (lines => problem%grid%cut_cells%lines)
          if (.not. allocated(problem%grid%cut_cells%lines)) return
          do k = 1, size(lines)
             if (allocated(lines(k)%origin)) far = max(far, maxval(sqrt(sum((lines(k)%points - lines(k)%origin)**2, dim=1))))
          end do
          if (far <= problem%grid%finest_cell/2) return
-         missing = abs(energies%external_work + measurements%initial_energy - measurements%kinetic_energy &
-                       - measurements%strain_energy - measurements%plastic_dissipation - measurements%viscous_dissipation &
-                       - energies%damping_loss - energies%absorbed_energy - energies%fracture_energy - problem%interfaces%loss &
-                       - problem%body_contact%loss &
-                       - problem%body_contact%friction_loss) - abs(energies%prescribed%work) &
-                   - work_of_step(problem%loads, problem%particles, problem%state%time, problem%state%last_dt)
+         missing = abs(missing_energy(problem, measurements)) - uncertain_work(problem)
          noticed_rate = noticed_release*measurements%largest_inner_energy &
                         /(problem%grid%finest_cell*problem%particles%thickness%at(lines(1)%points(:, 1)))
       end associate
