@@ -1,5 +1,5 @@
-!> Sums of fields as vectors of so many numbers: a field of two components a node in an expression would be done node by node; and the
-!> line through some values.
+!> Sums of fields as vectors of so many numbers: a field of two components a node in an expression would be done node by node;
+!> and the line through some values.
 module hampm_vectors
    use hampm_kinds, only: dp
    implicit none

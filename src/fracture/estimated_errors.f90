@@ -285,8 +285,8 @@ contains
    end subroutine follow
 
    !> Follow the speed of a tip or a front, and find the part of G by which domains are off: they see its waves late, about as shear
-   !> waves cross three cells, as G is nearly 1 - v/c of that at rest (Freund 1990, section 6.4); and lumped masses lose some. By its
-   !> law G is the toughness.
+   !> waves cross three cells, as G is nearly 1 - v/c of that at rest (Freund 1990, section 6.4); and lumped masses lose some. By
+   !> its law G is the toughness.
    pure subroutine follow_speed(seen, speed, wave, toughness, is_lumped, time, pace, is_new, late, kept)
       type(seen_speed_t), intent(inout) :: seen
       real(dp), intent(in) :: speed, wave        !! of the tip, and of Rayleigh waves [m/s]
