@@ -2,6 +2,7 @@
 
   speed   strips between rigid grips, plane and as a slab, by toughness(v), in explicit and implicit steps: G as at rest at any speed (Nilsson 1974); and, where
           they are slow, the way
+  stops   the same strips, plane, whose toughness rises along the way to more than G: the crack comes to rest where both are equal
   slow    the same strips, whose grips move so slowly that waves do not matter, across and along: the time at which G is the toughness
   wave    a plane wave meets a crack of a half plane: K_I(t) or, by the hoop stress, K_II(t) tell the time at which it starts (Freund 1990, 2.5 and 3.2)
   path    a centre crack across the tension, beside the grid lines: its path is straight
@@ -67,6 +68,20 @@ def speed(r, solid):
         if is_slow:
             width = cell if solid else 1.0
             yield "way in motion", (row[tail][-1] - row[tail][0]) / width, v * row["time"][-1], row[tail + "_error"][-1] / width, 0.0
+    return text, found
+
+
+def stops(r, solid):
+    """A strip whose toughness rises with the way x to G at x_a: v = v_0 (1 - x/x_a)."""
+    v, part, rise = RAYLEIGH * r.uniform(0.03, 0.15), r.uniform(0.4, 0.8), r.uniform(2.0, 4.0)
+    rate, far = ACROSS * 1e-12 / 8e-3, 8e-3 * r.uniform(0.5, 1.2)
+    end = far * (rise - 1) / (1 / part - 1)                # of the curve
+    text, _ = strip(r, solid, (0.0, 1e-6), lambda cell: f"direction = 'straight'  toughness = {rate * part!r}  limit_speed = {v / (1 - part)!r}  "
+                    f"extensions = 0.0, {end!r}  extension_factors = 1.0, {rise!r}", 6 * far / v,
+                    lambda cell: f"&method start = 'static' /\n&output file = 'run.h5'  history_interval = {far / v / 4!r} /\n")
+
+    def found(row, told):
+        yield "arrest in motion", row["crack_length"][-1] - row["crack_length"][0], far * (1 - math.exp(-v * row["time"][-1] / far)), row["crack_length_error"][-1], 0.0
     return text, found
 
 
@@ -140,7 +155,7 @@ def moving(seed, number, program, program3d):
     import h5py  # noqa: PLC0415: only here
 
     rows = []
-    for make in (speed, slow, wave, path):
+    for make in (speed, stops, slow, wave, path):
         for k in range(number):
             solid, text, found = drawn(make, seed, k)
             with tempfile.TemporaryDirectory() as folder:

@@ -586,9 +586,9 @@ contains
                   if (point%is_running .and. .not. growing%is_implicit) &
                      call note_coarse_cells([k], cracks%tips(k)%grown/cracks%tips(k)%nodes%spacing)
                end if
-               if (point%is_running .and. point%front == 0) point%off_way = point%off_way + since* &
+               if (point%is_running .and. point%front == 0) point%off_way = max(0.0_dp, point%off_way + since* &
                   speed_off(of, next(k)%advance, rate, bounded_ratio(values(k)%average%error, values(k)%average%mean, 1.0_dp) + &
-                            merge(abs(point%excess), 0.0_dp, growing%is_implicit), point%lagged_speed, wave)
+                            merge(abs(point%excess), 0.0_dp, growing%is_implicit), point%off_way, point%lagged_speed, wave))
                if (.not. point%is_running .or. growing%is_implicit) cycle
                if (is_measured) then
                   point%speed = speed_by_toughness(of, next(k)%advance, rate, point%lagged_speed, wave)
@@ -614,17 +614,18 @@ contains
       subroutine follow_errors(of, front)
          integer, intent(in) :: of(:)            !! numbers of its points that run
          type(front_values_t), intent(in) :: front
-         growing%points(of)%off_speed = mean_off(of, bounded_ratio(sample_error(front), mean_rate(front), 1.0_dp))
-         growing%points(of)%off_way = growing%points(of)%off_way + &
-                                      since*mean_off(of, bounded_ratio(lasting_error(front), mean_rate(front), 1.0_dp))
+         growing%points(of)%off_speed = mean_off(of, bounded_ratio(sample_error(front), mean_rate(front), 1.0_dp), 0.0_dp)
+         if (size(of) > 0) growing%points(of)%off_way = max(0.0_dp, growing%points(of)%off_way + since* &
+            mean_off(of, bounded_ratio(lasting_error(front), mean_rate(front), 1.0_dp), growing%points(of(1))%off_way))
       end subroutine follow_errors
 
       !> The mean error of the speed of points of a front where G is off by a part [m/s].
-      pure real(dp) function mean_off(of, part)
+      pure real(dp) function mean_off(of, part, ahead)
          integer, intent(in) :: of(:)            !! their numbers
          real(dp), intent(in) :: part            !! [-]
+         real(dp), intent(in) :: ahead           !! way that they would have gone more, see `speed_off` [m]
          real(dp) :: off(size(of))
-         off = [(speed_off(model%growth(law(of(k))), next(of(k))%advance, next(of(k))%rate, part, &
+         off = [(speed_off(model%growth(law(of(k))), next(of(k))%advance, next(of(k))%rate, part, ahead, &
                            growing%points(of(k))%lagged_speed, rayleigh_speed(m%materials(growing%points(of(k))%material))), &
                  k=1, size(of))]
          mean_off = sum(growing%points(of)%width*off)/max(sum(growing%points(of)%width), tiny(1.0_dp))

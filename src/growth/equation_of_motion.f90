@@ -56,17 +56,28 @@ contains
       end function exceeds
    end function speed_by_toughness
 
-   !> By how much the speed differs where the energy release rate is off by a part of it, the larger way [m/s].
-   pure real(dp) function speed_off(of, advance, rate, part, before, wave) result(off)
+   !> By how much the speed differs where the energy release rate is off by a part of it, the larger way [m/s]. A tip that is some
+   !> way ahead, or behind, for that has the toughness of its own place.
+   pure real(dp) function speed_off(of, advance, rate, part, ahead, before, wave) result(off)
       type(growth_t), intent(in) :: of
       type(advance_t), intent(in) :: advance     !! as in `speed_by_toughness`
       real(dp), intent(in) :: rate               !! measured [J/m2]
       real(dp), intent(in) :: part               !! its error over it [-]
+      real(dp), intent(in) :: ahead              !! [m]
       real(dp), intent(in) :: before, wave       !! as there [m/s]
       real(dp) :: speed
       speed = speed_by_toughness(of, advance, rate, before, wave)
-      off = max(speed_by_toughness(of, advance, (1 + part)*rate, before, wave) - speed, &
-                speed - speed_by_toughness(of, advance, max(0.0_dp, 1 - part)*rate, before, wave))
+      off = max(speed_by_toughness(of, moved(ahead), (1 + part)*rate, before, wave) - speed, &
+                speed - speed_by_toughness(of, moved(-ahead), max(0.0_dp, 1 - part)*rate, before, wave))
+
+   contains
+      !> The arguments of the toughness after a way more.
+      pure type(advance_t) function moved(way)
+         real(dp), intent(in) :: way             !! [m]
+         moved = advance
+         moved%extension = max(0.0_dp, advance%extension + way)
+         moved%length = max(0.0_dp, advance%length + way)
+      end function moved
    end function speed_off
 
    !> Energy release rate at a speed over the toughness, less 1 [-].

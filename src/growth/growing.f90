@@ -640,7 +640,7 @@ contains
       off = 0
       best = values%best(tip, material%isotropic)
       if (point%is_running .and. .not. of%law%gives_speed()) off = speed_off(of, next%advance, next%rate, &
-         bounded_ratio(best%error, best%rate, 1.0_dp), point%lagged_speed, rayleigh_speed(material))
+         bounded_ratio(best%error, best%rate, 1.0_dp), 0.0_dp, point%lagged_speed, rayleigh_speed(material))
       call history%record('tip_speed_error', 'm/s', 'estimated error of tip_speed', off)
       call history%record('crack_length_error', 'm', 'estimated error of crack_length at this time, by this tip', &
                           point%off_way + tip%speed*max(0.0_dp, point%onset_error))

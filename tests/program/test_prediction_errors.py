@@ -82,9 +82,9 @@ def test_a_crack_arrests_within_the_error_of_its_length(hampm, number):
     assert all(off <= bar + more for _, off, bar, more in found)
 
 
-@pytest.mark.parametrize("kind, number", (("slow", 1), ("slow", 5), ("wave", 0), ("wave", 6), ("speed", 5), ("speed", 3), ("path", 6)))
+@pytest.mark.parametrize("kind, number", (("slow", 1), ("slow", 5), ("wave", 0), ("wave", 6), ("speed", 5), ("speed", 3), ("stops", 0), ("path", 6)))
 def test_motion_has_errors_that_hold(hampm, hampm3d, kind, number):
-    """Start by grips that move slowly, in opening and shear, and by waves of both; speed and way in a strip; a path that is straight."""
+    """Start by grips that move slowly, in opening and shear, and by waves of both; speed and way in strips, one to an arrest; a path that is straight."""
     solid, text, found = moving.drawn(getattr(moving, kind), 1, number)
     row = run(hampm3d if solid else hampm, text)
     told = {}
