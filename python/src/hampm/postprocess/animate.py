@@ -4,25 +4,30 @@ It shows what plot_field.py does, coloured by a field on one scale of colours fo
 The title says by how much displacements are enlarged. On a terminal the snapshots that are done are counted.
 """
 
+from __future__ import annotations
+
 import sys
 import time
+from argparse import Namespace
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
-from . import particle_pictures
-from . import solid_pictures
-from .frames import frames_of
+from matplotlib.animation import FFMpegWriter, PillowWriter
+
 from ..errors import UNREADABLE, ResultError
 from ..scripts import Parser, tell, whole
+from . import particle_pictures
+from . import solid_pictures
+from .frames import Frames, frames_of
 from .particle_fields import ParticleField
 from .particle_pictures import add_colour_bar, add_field_options, bodies_meet, colours, default_scale, extent
 from .pictures import STYLE, STYLES, add_look, ending, in_style, plt, positive
 
-from matplotlib.animation import FFMpegWriter, PillowWriter
-
 MANY = 50    # snapshots from which it is told how many there are
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     options = parse(arguments)
     result = frames_of(options.file, options.mode)
     if options.mode is not None:
@@ -48,7 +53,7 @@ def main(arguments=None):
     print(output)
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = Parser(__doc__)
     parser.add_argument("file", metavar="FILE.h5", help="result file with snapshots")
     add_field_options(parser)
@@ -68,7 +73,7 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def writer_of(output, fps):
+def writer_of(output: Path, fps: Any) -> Any:
     """What writes a film of the kind that the name of a file ends in."""
     if output.suffix == ".gif":
         return PillowWriter(fps=fps)
@@ -77,7 +82,7 @@ def writer_of(output, fps):
     return FFMpegWriter(fps=fps, codec="libx264", extra_args=["-pix_fmt", "yuv420p", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"])
 
 
-def counted(numbers):
+def counted(numbers: range) -> Iterator[int]:
     """These numbers, with a line on the terminal that says how many are done, and about how long the others take."""
     begin = time.monotonic()
     for done, number in enumerate(numbers, 1):
@@ -91,7 +96,7 @@ def counted(numbers):
 class Film:
     """The figure and what changes in it from snapshot to snapshot; enlargement, extent and colours are the same in all."""
 
-    def __init__(self, result, options):
+    def __init__(self, result: Frames, options: Namespace) -> None:
         self.result = result
         of = solid_pictures if solid_pictures.check_options([result], options) else particle_pictures
         field = ParticleField(result, options.field)
@@ -109,7 +114,7 @@ class Film:
         add_colour_bar(self.figure, axes, self.canvas)
         self.title = axes.set_title(" ")
 
-    def show(self, number):
+    def show(self, number: int) -> None:
         """Draw a snapshot."""
         words = self.canvas.show(number)
         self.title.set_text(getattr(self.result, "words", words))

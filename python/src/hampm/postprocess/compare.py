@@ -13,25 +13,28 @@ A and B may be folders: then the results (*.h5) at the same places below them ar
 Exit code: 0 they agree, 1 they differ, 2 the request makes no sense, 4 a file cannot be read.
 """
 
+from __future__ import annotations
+
 import argparse
+from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 
-from . import crack_paths
-from .compare_folders import case_of, compare_folders, last_sample, not_finite, report
-from .frames import Frames
+from ..comparison import Comparison, Row, Tolerance, compare
 from ..errors import ResultError
 from ..history import History
 from ..scripts import Parser
+from . import crack_paths
+from .compare_folders import case_of, compare_folders, last_sample, not_finite, report
+from .frames import Frames
 
-from ..comparison import Comparison, Row, Tolerance, compare
 
-
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> int:
     options = parse(arguments)
     if options.tolerances or Path(options.a).is_dir() or Path(options.b).is_dir():
         return compare_folders(options, rows_of)
     histories = [History(path, may_be_empty=True) for path in (options.a, options.b)]
-    found = Comparison(rows_of(*histories, options))
+    found = Comparison(rows_of(histories[0], histories[1], options))
     print(Comparison(found.differing) if options.only_differences else found)
     what = "columns" if options.paths is None else "columns and paths"
     print(f"{len(found.differing)} of {len(found.rows)} {what} differ" if found.differing else f"all {len(found.rows)} {what} agree")
@@ -39,7 +42,7 @@ def main(arguments=None):
     return 1 if found.differing else 0
 
 
-def rows_of(a, b, options):
+def rows_of(a: History, b: History, options: Namespace) -> list[Row]:
     """The rows of two histories, compared as the options say."""
     if options.last:
         a, b = last_sample(a), last_sample(b)
@@ -50,7 +53,7 @@ def rows_of(a, b, options):
     return not_finite(a, b, rows) if options.finite else rows
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = Parser(__doc__)
     parser.add_argument("a", metavar="A.h5", help="the reference, or a folder of them")
     parser.add_argument("b", metavar="B.h5", help="the result to judge, or a folder of them")
@@ -81,14 +84,14 @@ def parse(arguments):
     return options
 
 
-def not_negative(text):
+def not_negative(text: str) -> float:
     value = float(text)
     if not value >= 0:
         raise argparse.ArgumentTypeError(f"{text} is not a number >= 0")
     return value
 
 
-def tolerance(text):
+def tolerance(text: str) -> Tolerance:
     """NAME=RTOL[,ATOL] as a Tolerance."""
     pattern, _, numbers = text.partition("=")
     try:
@@ -100,7 +103,7 @@ def tolerance(text):
     return Tolerance(pattern, *values, *[0.0] * (2 - len(values)))
 
 
-def path_rows(a, b, allowed):
+def path_rows(a: Frames, b: Frames, allowed: float) -> list[Row]:
     """A row for each crack, of the largest distance between its paths in the last snapshots."""
     cracks = []
     for frames in (a, b):

@@ -14,24 +14,30 @@ A case is a result file by its place below the folder: `edge_crack.h5`, `cases/m
         skip: known to differ      is not compared, and told with its reason
 """
 
+from __future__ import annotations
+
 import argparse
 import json
 import math
 import xml.etree.ElementTree as ET
+from argparse import Namespace
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from textwrap import indent
+from typing import Any
 
 import numpy as np
 
+from ..comparison import Comparison, Row, Tolerance
 from ..errors import UNREADABLE, ResultError, printable
 from ..history import History
 
-from ..comparison import Comparison, Tolerance
-
 KEYS = {"rtol", "atol", "columns", "ignore", "interpolate"}
 OF_CASE = KEYS | {"skip"}
+
+RowsOf = Callable[[History, History, Namespace], list[Row]]
 
 NO_COLUMN = "there is no column '{}' in any case that it is for; they have {}"
 
@@ -51,25 +57,25 @@ class Case:
 
     name: str
     verdict: str
-    rows: list = ()
-    columns: tuple = ()           # of both files
-    versions: tuple = ("", "")    # of the programs of A and B
+    rows: Sequence[Row] = ()
+    columns: tuple[str, ...] = ()           # of both files
+    versions: tuple[str, ...] = ("", "")    # of the programs of A and B
     run: Run = Run()
 
     @property
-    def is_skipped(self):
+    def is_skipped(self) -> bool:
         return self.verdict.startswith("skipped")
 
     @property
-    def is_error(self):
+    def is_error(self) -> bool:
         return self.verdict not in ("equal", "differs") and not self.is_skipped
 
     @property
-    def is_bad(self):
+    def is_bad(self) -> bool:
         return self.verdict == "differs" or self.is_error
 
 
-def compare_folders(options, rows_of, runs=None):
+def compare_folders(options: Namespace, rows_of: RowsOf, runs: Mapping[str, Run] | None = None) -> int:
     """Compare all results of two folders, and print and write what was found. Returns the exit code.
 
     `rows_of(a, b, options)` compares two histories with the options of one case. Of a gate, `runs` has by name how models were run: these are compared.
@@ -90,11 +96,11 @@ def compare_folders(options, rows_of, runs=None):
     return 1 if any(case.is_bad for case in cases) else 0
 
 
-def refuse_unknown_columns(cases, rules, options):
+def refuse_unknown_columns(cases: Sequence[Case], rules: Mapping[str, Any], options: Namespace) -> None:
     """Refuse patterns that mean no column of any case that they are for: a wrong name would allow what it is to find."""
-    given = ["*", "", [*options.columns, *options.ignore, *(item.pattern for item in options.tolerance)]]
-    parts = [given, *(["*" if part is rules else of, f"{options.tolerances}: ", [*part.get("columns", {}), *part.get("ignore", [])]]
-                      for of, part in (("*", rules), *rules.get("cases", {}).items()))]
+    given = ("*", "", [*options.columns, *options.ignore, *(item.pattern for item in options.tolerance)])
+    parts: list[tuple[str, str, list[str]]] = [given, *(("*" if part is rules else of, f"{options.tolerances}: ", [*part.get("columns", {}), *part.get("ignore", [])])
+                                                        for of, part in (("*", rules), *rules.get("cases", {}).items()))]
     for of, where, patterns in parts:
         known = sorted({column for case in cases if fnmatchcase(case.name, of) for column in case.columns})
         for pattern in patterns if known else ():
@@ -102,7 +108,7 @@ def refuse_unknown_columns(cases, rules, options):
                 raise ResultError(where + NO_COLUMN.format(pattern, ", ".join(known)))
 
 
-def report(cases, options):
+def report(cases: Sequence[Case], options: Namespace) -> None:
     """Write what was found as JSON and JUnit's XML, where that is asked for."""
     if options.json:
         write(options.json, json.dumps(as_json(cases, options), indent=1, allow_nan=False) + "\n")
@@ -110,36 +116,36 @@ def report(cases, options):
         write(options.junit, as_junit(cases))
 
 
-def case_of(path, rows, histories=()):
+def case_of(path: str | Path, rows: Sequence[Row], histories: Sequence[History] = ()) -> Case:
     """The case of one result."""
     return Case(Path(path).stem, "equal" if all(row.verdict == "equal" for row in rows) else "differs", rows,
                 tuple(name for history in histories for name in history), tuple(history.version for history in histories) or ("", ""))
 
 
-def not_finite(a, b, rows):
+def not_finite(a: History, b: History, rows: Sequence[Row]) -> list[Row]:
     """The rows, where each that agrees has to have finite values."""
     bad = {name: which for which, history in (("A", a), ("B", b)) for name, values in history.columns.items() if not np.all(np.isfinite(values))}
     return [row._replace(verdict=f"not finite in {bad[row.column]}") if row.verdict == "equal" and row.column in bad else row for row in rows]
 
 
-def last_sample(history):
+def last_sample(history: History) -> History:
     """A history of which only the last sample is left."""
     history.columns = {name: values[-1:] for name, values in history.columns.items()}
     return history
 
 
-def results(folder):
+def results(folder: str | Path) -> list[str]:
     """Places of the results below a folder."""
     if not Path(folder).is_dir():
         raise ResultError(f"{folder}: there is no such folder", UNREADABLE)
     return [str(path.relative_to(folder)) for path in Path(folder).rglob("*.h5") if path.is_file()]
 
 
-def case_name(place):
+def case_name(place: str) -> str:
     return place.removesuffix(".h5")
 
 
-def compare_case(place, names, rules, options, rows_of, run):
+def compare_case(place: str, names: Mapping[str, Sequence[str]], rules: Mapping[str, Any], options: Namespace, rows_of: RowsOf, run: Run) -> Case:
     """A case, compared by its own rules."""
     name = case_name(place)
     own = rules_of(name, rules, options)
@@ -155,18 +161,18 @@ def compare_case(place, names, rules, options, rows_of, run):
         histories = [History(path, may_be_empty=True) for path in paths]
         known = {name for history in histories for name in history}
 
-        def of_case(patterns):
+        def of_case(patterns: Iterable[Any]) -> list[Any]:
             return [item for item in patterns if any(fnmatchcase(column, getattr(item, "pattern", item)) for column in known)]
         of_this = argparse.Namespace(**vars(options) | {
             "a": paths[0], "b": paths[1], "rtol": own.rtol, "atol": own.atol, "interpolate": own.interpolate, "columns": of_case(options.columns),
             "ignore": of_case([*options.ignore, *own.ignore]), "tolerance": of_case(own.columns)})
-        found = case_of(place, rows_of(*histories, of_this), histories)
+        found = case_of(place, rows_of(histories[0], histories[1], of_this), histories)
     except ResultError as error:
         return Case(name, str(error), run=run)
     return replace(found, name=name, run=run)
 
 
-def rules_of(name, rules, options):
+def rules_of(name: str, rules: Mapping[str, Any], options: Namespace) -> Namespace:
     """What counts for a case: the command line, the file, and its parts for cases that match, each before the next."""
     found = {"rtol": options.rtol, "atol": options.atol, "ignore": [], "interpolate": options.interpolate, "skip": ""}
     columns = []
@@ -177,7 +183,7 @@ def rules_of(name, rules, options):
     return argparse.Namespace(**found, columns=[*columns, *options.tolerance])
 
 
-def read_tolerances(path):
+def read_tolerances(path: str | Path) -> dict[str, Any]:
     """The rules of a YAML file; ResultError where it has others than are known."""
     try:
         import yaml
@@ -195,7 +201,7 @@ def read_tolerances(path):
     return rules | {"cases": {str(name): checked(path, f"cases: {name}: ", part, OF_CASE) for name, part in cases.items()}}
 
 
-def checked(path, where, part, known):
+def checked(path: str | Path, where: str, part: Any, known: set[str]) -> dict[str, Any]:
     """A part of the rules with numbers as numbers and lists as lists."""
     if not isinstance(part, dict):
         raise ResultError(f"{path}: {where}rules are needed, such as 'rtol: 1e-6'")
@@ -219,7 +225,7 @@ def checked(path, where, part, known):
     return part
 
 
-def tolerance(path, where, value):
+def tolerance(path: str | Path, where: str, value: Any) -> float:
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -229,7 +235,7 @@ def tolerance(path, where, value):
     return number
 
 
-def show(cases, options):
+def show(cases: Sequence[Case], options: Namespace) -> None:
     """Print a line a case, and below it the columns; with --only-differences those alone that differ. Then how many, and by which programs."""
     for case in cases:
         if case.verdict == "equal" and options.only_differences:
@@ -246,14 +252,14 @@ def show(cases, options):
     print(f"{len(cases)} cases: {', '.join(f'{count} {what}' for what, count in counts.items() if count)}")
 
 
-def versions(cases):
+def versions(cases: Sequence[Case]) -> dict[str, list[str]]:
     """The programs that have written the results of A and of B."""
     return {which: sorted({case.versions[k] for case in cases if case.versions[k]}) for k, which in enumerate("AB")}
 
 
-def as_json(cases, options):
+def as_json(cases: Sequence[Case], options: Namespace) -> dict[str, Any]:
     """What was found, for programs: numbers as numbers, null where there is none or it is not finite."""
-    def number(value):
+    def number(value: Any) -> Any:
         return value if not isinstance(value, float) or math.isfinite(value) else None
     return {"a": str(options.a), "b": str(options.b), "versions": {which.lower(): found for which, found in versions(cases).items()},
             "agree": not any(case.is_bad for case in cases),
@@ -261,11 +267,11 @@ def as_json(cases, options):
                        "columns": [{key: number(value) for key, value in row._asdict().items()} for row in case.rows]} for case in cases]}
 
 
-def as_junit(cases):
+def as_junit(cases: Sequence[Case]) -> str:
     """What was found, as services that build and test show it: a test a case. A result that differs is a failure, one that is not there an error."""
     counts = {"tests": len(cases), "failures": sum(case.verdict == "differs" for case in cases), "errors": sum(case.is_error for case in cases),
               "skipped": sum(case.is_skipped for case in cases)}
-    suite = ET.Element("testsuite", name="compare", time=f"{sum(case.run.seconds or 0 for case in cases):.3f}", **{key: str(count) for key, count in counts.items()})
+    suite = ET.Element("testsuite", {"name": "compare", "time": f"{sum(case.run.seconds or 0 for case in cases):.3f}"} | {key: str(count) for key, count in counts.items()})
     if any(versions(cases).values()):
         properties = ET.SubElement(suite, "properties")
         for which, found in versions(cases).items():
@@ -288,7 +294,7 @@ def as_junit(cases):
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(suite, encoding="unicode") + "\n"
 
 
-def write(path, text):
+def write(path: str | Path, text: str) -> None:
     try:
         Path(path).write_text(text, encoding="utf-8")
     except OSError as error:

@@ -1,18 +1,24 @@
 """Write the history of a hampm result as text, time and the columns asked for, in full precision."""
 
+from __future__ import annotations
+
 import sys
+from argparse import Namespace
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import nullcontext
+from typing import Any
 
 from ..errors import UNREADABLE, ResultError
 from ..history import History
 from ..scripts import Parser, refuse_to_replace
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     options = parse(arguments)
     history = History(options.file, may_be_empty=True)
     if options.normalised:
         history.g_ref()
+    lines: Iterable[Any]
     if options.attribute:
         lines = [attribute(history, options.attribute, options.normalised)]
     else:
@@ -29,7 +35,7 @@ def main(arguments=None):
         raise ResultError(f"{options.output}: cannot be written ({error.strerror})", UNREADABLE) from error
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = Parser(__doc__)
     parser.add_argument("file", metavar="FILE.h5", help="result file of hampm")
     parser.add_argument("--columns", nargs="+", default=["*"], metavar="NAME",
@@ -43,7 +49,7 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def table(history, names, normalised):
+def table(history: History, names: Sequence[str], normalised: bool) -> Iterator[str]:
     """The header, `# time [s] ...`, and one line for every sample."""
     ratio = {name: normalised and name.startswith("G_") for name in names}
     columns = [history.g_ratio(name) if ratio[name] else history.columns[name] for name in names]
@@ -52,7 +58,7 @@ def table(history, names, normalised):
         yield " ".join(map(repr, row))
 
 
-def attribute(history, name, normalised):
+def attribute(history: History, name: str, normalised: bool) -> Any:
     """Value of an attribute of /history."""
     if name not in history.attributes:
         raise ResultError(f"{history.path}: /history has no attribute '{name}'; it has {', '.join(history.attributes)}")

@@ -13,19 +13,22 @@ errors of the runs, each times its weight, added up. The file of --output has it
 Refined meshes have to be similar: double `rings` where the cells are halved, so that the refined zone keeps its size.
 """
 
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 
 import h5py
 
 from ..errors import UNREADABLE, ResultError
+from ..extrapolation import Extrapolation, extrapolate
 from ..history import History
 from ..scripts import Parser, add_strict, refuse_to_replace, tell_of_motion
 from .tabulate import fraction
 
-from ..extrapolation import extrapolate
 
-
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> int:
     options = parse(arguments)
     found = extrapolate(map(History, options.files), options.column, options.part)
     if options.output:
@@ -35,7 +38,7 @@ def main(arguments=None):
     return tell_of_motion(found.histories, options.strict)
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = Parser(__doc__)
     parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file of hampm; two or more")
     parser.add_argument("--column", action="append", metavar="NAME", help="column of the history, * and ? allowed; may be "
@@ -49,7 +52,7 @@ def parse(arguments):
     return options
 
 
-def write(path, found):
+def write(path: str | Path, found: Extrapolation) -> None:
     """Write /history as a result file has it."""
     source = found.histories[-1]
     refuse_to_replace(path, [history.path for history in found.histories])

@@ -4,14 +4,18 @@
 ones are stored as four quarters; `CrackPlane` turns positions into distances ahead of the crack tip and from its plane.
 """
 
+from __future__ import annotations
+
 from collections import namedtuple
+from pathlib import Path
 
 import numpy as np
 
+from ..arrays import Array
 from ..errors import ResultError
-
-from ..snapshots import Snapshots
+from ..snapshots import Block, Snapshots
 from ..stored import opened
+from ..stored_model import StoredModel
 
 Crack = namedtuple("Crack", "points tips")
 Crack.__doc__ = "The points of a crack in the reference configuration [m] (n, 2), and the number of the tip at each; 0 where none is."
@@ -22,29 +26,29 @@ class Frames(Snapshots):
 
     is_for_solids = False
 
-    def __init__(self, path):
+    def __init__(self, path: str | Path) -> None:
         super().__init__(path)
         if (self.dimensions == 3) != self.is_for_solids:
             raise ResultError(f"{path}: is a result of the program for solids; plot_field.py, plot_mesh.py, animate.py and plot_front.py show it")
 
     @property
-    def scene(self):
+    def scene(self) -> StoredModel:
         """The namelist."""
         return self.model
 
-    def leaves(self, number):
+    def leaves(self, number: int) -> Leaves:
         """The cells of a snapshot's mesh."""
         return Leaves(self.block("mesh", number), np.array(self.scene.numbers("grid", "lower", count=self.dimensions)), self.scene.cell(), self.path)
 
-    def cells_of(self, particles, leaves):
+    def cells_of(self, particles: Block, leaves: Leaves) -> Array:
         """The cell of each particle; -1 outside the mesh. In the total frame it is that in which the particle was at first, wherever it has moved to."""
         return leaves.at(particles.points - particles.point_fields["displacement"][:, :self.dimensions] if self.is_total() else particles.points)
 
-    def is_total(self):
+    def is_total(self) -> bool:
         """Whether particles stay in the cells in which they are at first, wherever they move to."""
         return self.scene.text("method", "frame") == "total"
 
-    def cracks(self, number=0):
+    def cracks(self, number: int = 0) -> list[Crack]:
         """The cracks of a snapshot; one on a symmetry plane that stays, and lines of older files, as the scene has them."""
         scene = self.scene
         if not scene.count("crack"):
@@ -62,7 +66,7 @@ class Frames(Snapshots):
             raise ResultError(f"{self.path}: /VTKHDF/cracks/Points has points of one crack at one place")
         return [Crack(block.points[part], block.point_fields["tip"][part].astype(int)) for part in parts]
 
-    def crack_plane(self, tip=1, number=0):
+    def crack_plane(self, tip: int = 1, number: int = 0) -> CrackPlane | None:
         """The plane of the crack at a tip, by its number, in a snapshot; None where the scene has no tip."""
         for crack in self.cracks(number):
             for place, before in ((0, 1), (-1, -2)):
@@ -75,25 +79,25 @@ class Frames(Snapshots):
             return None
         raise ResultError(f"{self.path}: the scene has no crack tip {tip}")
 
-    def tip_place(self, plane, tip, number):
+    def tip_place(self, plane: CrackPlane, tip: int, number: int) -> Array:
         """Where a tip is in a snapshot, in the coordinates of the plane of a crack [m]; where none is, the plane's own."""
         there = self.crack_plane(tip, number) if self.has_crack_lines else None
         return plane.tip if there is None else plane.local(there.in_scene().tip)
 
 
-def frames_of(path, mode=None):
+def frames_of(path: str | Path, mode: int | None = None) -> Frames:
     """The snapshots of a result file, of a plane or of a solid; or a period of one of its modes, counted from 1."""
     from .solid_frames import SolidFrames
     kind = SolidFrames if Snapshots(path).dimensions == 3 else Frames
     return kind(path) if mode is None else type("ModeFrames", (OfMode, kind), {})(path, mode)
 
 
-class OfMode:
+class OfMode(Frames):
     """What makes snapshots of the first one and of a mode in /modes: a period, in which the largest component of the displacement is a thousandth of the grid."""
 
     FRAMES, PART = 24, 1e-3
 
-    def __init__(self, path, mode):
+    def __init__(self, path: str | Path, mode: int) -> None:
         super().__init__(path)
         with opened(path) as stored:
             if not stored.has("modes/frequency"):
@@ -106,11 +110,11 @@ class OfMode:
         self.times = np.arange(self.FRAMES) / (self.FRAMES * max(frequency[mode - 1], np.finfo(float).tiny))
         self._way = dict(zip(number.astype(int), self.PART * self.scene.cell() * max(self.scene.numbers("grid", "cells")) * shape))
 
-    def enlarge(self, factor):
+    def enlarge(self, factor: float) -> None:
         """Have displacements that are larger by a factor."""
         self._way = {number: factor * way for number, way in self._way.items()}
 
-    def block(self, name, number):
+    def block(self, name: str, number: int) -> Block:
         """That of the first snapshot, its particles where the mode moves them."""
         block = super().block(name, 0)
         if name != "particles":
@@ -134,7 +138,7 @@ class Leaves:
     point_fields   fields of the mesh by name, at its points
     """
 
-    def __init__(self, mesh, origin, root, path=""):
+    def __init__(self, mesh: Block, origin: Array, root: float, path: str | Path = "") -> None:
         level = mesh.cell_fields["level"]
         width = root * 0.5**level
         corners = mesh.points[mesh.cells]
@@ -153,7 +157,7 @@ class Leaves:
         self.point_fields = mesh.point_fields
         self._mesh, self._origin, self._root, self._keys = mesh, origin, root, unique
 
-    def mean_of_nodes(self, name):
+    def mean_of_nodes(self, name: str) -> Array:
         """Mean of a point field over the nodes of each cell: its corners and those corners of others on its sides."""
         mesh, level = self._mesh, int(self.level.max())
         places = np.rint((mesh.points - self._origin) / (self._root * 0.5**level)).astype(int)
@@ -166,7 +170,7 @@ class Leaves:
         leaf, point = np.unique(pairs[is_node[pairs[:, 1]]], axis=0).T
         return np.bincount(leaf, mesh.point_fields[name][point]) / np.bincount(leaf)
 
-    def at(self, points):
+    def at(self, points: Array) -> Array:
         """The cell that each point is in; -1 outside the mesh."""
         found = np.full(len(points), -1)
         for level in np.unique(self.level):
@@ -186,26 +190,28 @@ class CrackPlane:
     """The plane of a crack at its tip, and coordinates: along it from the tip and normal to it, or with `of_scene` those of the scene.
     `direction` is that of growth; `is_symmetry` tells that the model is one half."""
 
-    def __init__(self, tip, direction, is_symmetry=False, of_scene=False):
+    def __init__(self, tip: Array, direction: Array, is_symmetry: bool = False, of_scene: bool = False) -> None:
         self.is_symmetry, self.of_scene = is_symmetry, of_scene
         along = np.asarray(direction) / np.hypot(*direction)
+        self._origin: Array
+        self._axes: Array
         self._origin, self._axes = (np.zeros(2), np.eye(2)) if of_scene else (tip, np.array([along, [-along[1], along[0]]]))
         self.tip, self.along = self.local(tip), self.turned(along)  # in these coordinates
 
-    def in_scene(self):
+    def in_scene(self) -> CrackPlane:
         """The same plane in the coordinates of the scene."""
         tip, along = self._origin + self.tip @ self._axes, self.along @ self._axes
         return CrackPlane(tip, along, self.is_symmetry, of_scene=True)
 
-    def local(self, points):
+    def local(self, points: Array) -> Array:
         """Coordinates of points (..., 2)."""
         return self.turned(points - self._origin)
 
-    def turned(self, vectors):
+    def turned(self, vectors: Array) -> Array:
         """Components of vectors."""
         return vectors @ self._axes.T
 
-    def whole(self, points, unit=1.0):
+    def whole(self, points: Array, unit: float = 1.0) -> Array:
         """Points (..., 2) in these coordinates, of which a metre has `unit`, and, where the model is one half, behind them their
         images."""
         if not self.is_symmetry:
@@ -215,6 +221,6 @@ class CrackPlane:
         return np.concatenate([points, points - 2 * height[..., None] * normal])
 
 
-def squares(lower, width):
+def squares(lower: Array, width: Array) -> Array:
     """Corners of squares, shape (n, 4, 2)."""
     return lower[:, None, :] + width[:, None, None] * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])

@@ -9,13 +9,18 @@ earlier run, whose results go. HAMPM and HAMPM3D name other programs.
 Exit code: 0 all agree; 1 some differ, are missing or have failed; 2 the request makes no sense; 4 a file cannot be read or written.
 """
 
+from __future__ import annotations
+
 import argparse
 import math
 import subprocess
 import time
+from argparse import Namespace
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -36,7 +41,7 @@ SMALL = 0.01                   # a Courant number whose step is found for compar
 COUNTS = "step", "dt", "distance_to_equilibrium"   # columns that follow from the steps
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> int:
     options = parse(arguments)
     models = chosen(options)
     if options.propose:
@@ -56,7 +61,7 @@ def main(arguments=None):
     return 1 if failed else 0
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = Parser(__doc__)
     parser.add_argument("a", metavar="REFERENCES", type=Path, help="folder of stored results")
     parser.add_argument("models", metavar="MODEL.nml", type=Path, nargs="+", help="models to run")
@@ -78,7 +83,7 @@ def parse(arguments):
     return argparse.Namespace(**vars(options) | comparison)
 
 
-def chosen(options):
+def chosen(options: Namespace) -> dict[str, Path]:
     """Name -> path of the models to run."""
     models = {}
     for path in options.models:
@@ -93,7 +98,7 @@ def chosen(options):
     return {name: path for name, path in models.items() if not options.only or any(fnmatchcase(name, pattern) for pattern in options.only)}
 
 
-def clear(output):
+def clear(output: Path) -> None:
     """Remove the results of an earlier gate; refuse a folder of others."""
     if output.is_dir() and any(output.iterdir()) and not (output / "gate.json").is_file():
         raise ResultError(f"{output}: has files of others; name another folder")
@@ -106,14 +111,14 @@ def clear(output):
         raise ResultError(f"{output}: cannot be written ({error.strerror or error})", UNREADABLE) from error
 
 
-def run_all(models, output, options, **changed):
+def run_all(models: Mapping[str, Path], output: Path, options: Namespace, **changed: Any) -> dict[str, Run]:
     """Name -> how each model was run, so many at a time; NAME.log has what the program said."""
     with ThreadPoolExecutor(options.jobs) as pool:
-        done = pool.map(lambda item: run_one(*item, output, changed.get("threads", options.threads), changed.get("settings", {}).get(item[0], {})), models.items())
+        done = pool.map(lambda item: run_one(item[0], item[1], output, changed.get("threads", options.threads), changed.get("settings", {}).get(item[0], {})), models.items())
         return dict(zip(models, done))
 
 
-def run_one(name, model, output, threads, settings):
+def run_one(name: str, model: Path, output: Path, threads: int, settings: Mapping[str, Any]) -> Run:
     """Run a model."""
     program = program_of_model(model)
     words = [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
@@ -126,7 +131,7 @@ def run_one(name, model, output, threads, settings):
     return Run(done.returncode, round(time.monotonic() - begin, 3), done.stdout)
 
 
-def store(result, reference):
+def store(result: Path, reference: Path) -> None:
     """Copy the history and the model of a result, without its snapshots."""
     part = reference.with_name(reference.name + ".part")
     with h5py.File(result) as file, h5py.File(part, "w") as copy:
@@ -137,7 +142,7 @@ def store(result, reference):
     part.replace(reference)
 
 
-def propose(models, options):
+def propose(models: Mapping[str, Path], options: Namespace) -> int:
     """Write tolerances of each model, from runs that should differ from its reference by no more than its own accuracy."""
     if options.propose.exists():
         raise ResultError(f"{options.propose}: is there; a file of tolerances is not replaced", UNREADABLE)
@@ -148,7 +153,7 @@ def propose(models, options):
     steps = {name: half_the_step(path) for name, path in models.items()}
     lines = [f"# Proposed by hampm gate: {ROOM:g} times what runs on {options.threads + 1} threads and with half the step differ by. To be read, and changed, by people",
              f"rtol: {LEAST:g}", "cases:"]
-    found = {name: {} for name in models}
+    found: dict[str, dict[str, float]] = {name: {} for name in models}
     interpolate = set()
     for changed in ({"threads": options.threads + 1}, {"settings": steps}):
         for name, done in run_all(models, options.output, options, **changed).items():
@@ -179,7 +184,7 @@ def propose(models, options):
     return 0
 
 
-def half_the_step(model):
+def half_the_step(model: Path) -> dict[str, Any]:
     """The settings by which a model takes steps of half their length, or twice as many load steps; none of one without steps."""
     try:
         scene = Scene(model)
@@ -198,11 +203,11 @@ def half_the_step(model):
         raise ResultError(error, error.exit_code) from error
 
 
-def words_of(settings):
+def words_of(settings: Mapping[str, Any]) -> str:
     return " ".join(f"{key} = {value:g}" for key, value in settings.items()) or "nothing: it has none"
 
 
-def rounded_up(value):
+def rounded_up(value: float) -> float:
     """A number with one digit, not below another."""
     power = 10.0 ** math.floor(math.log10(value))
     return power * math.ceil(value / power - 1e-9)

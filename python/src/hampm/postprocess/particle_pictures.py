@@ -7,28 +7,38 @@ stands still. Where a crack lies on a plane of symmetry, all is mirrored about i
 line, else or with --axes scene as in the scene. Components of stress are those along the axes of the scene.
 """
 
+from __future__ import annotations
+
 import argparse
+from argparse import ArgumentParser, Namespace
 from collections import namedtuple
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection, TriMesh
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
+from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
-from .crack_faces import BESIDE, beside, ends_of, faces, is_between, near, seen_from, segments_of
-from .frames import CrackPlane, squares
+from ..arrays import Array
 from ..errors import ResultError
+from ..snapshots import COUNTED, Block
+from ..stored_model import StoredModel
+from .crack_faces import BESIDE, beside, ends_of, faces, is_between, near, seen_from, segments_of
+from .frames import Crack, CrackPlane, Frames, Leaves, squares
+from .particle_fields import ParticleField
 from .pictures import MM, ON_COLOURS, positive, prefixed, round_off, time_unit, typeset
 from .smooth_fields import Smooth, pairs_of
-from ..snapshots import COUNTED
 
 OVERLAP = 1.06  # of the squares of neighbours, whose strains differ
 MOST_TURNED = 2.0  # enlarged displacement gradient of a particle that its square shows at most
 WIDE = 3.0      # the same of what is drawn below particles at a crack
 EDGE = 2.0      # and at an outline
 MOST_PARTS = 400 # of a side of an outline
-OUTLINE = {"colors": "0.35", "linewidths": 0.6}
+OUTLINE: dict[str, Any] = {"colors": "0.35", "linewidths": 0.6}
 SHARE = 0.12    # of the picture's width that the largest displacement takes where no scale is given
 NEAREST = 4     # particles whose mean displacement is that of a tip
 AROUND = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])  # corners of a square
@@ -44,7 +54,7 @@ Colours = namedtuple("Colours", "norm map factor unit extend")
 Colours.__doc__ = "Scale of colours for a field times a factor, which has the unit, and on which side values lie beyond it."
 
 
-def add_field_options(parser, field="energy_density"):
+def add_field_options(parser: ArgumentParser, field: str = "energy_density") -> None:
     """Options of every picture of particles, with the field that is drawn unless another is asked for."""
     parser.add_argument("--field", default=field, metavar="NAME",
                         help="field that colours the particles: one of the file's, speed, displacement, level, mean_stress or "
@@ -60,7 +70,7 @@ def add_field_options(parser, field="energy_density"):
     add_axes_option(parser)
 
 
-def limits(text):
+def limits(text: str) -> tuple[float, float]:
     """Two numbers, the first below the second."""
     low, high = map(float, text.split(","))
     if not low < high:
@@ -68,7 +78,7 @@ def limits(text):
     return low, high
 
 
-def add_axes_option(parser):
+def add_axes_option(parser: ArgumentParser) -> None:
     """The coordinates of a picture."""
     parser.add_argument("--axes", choices=["crack", "scene"],
                         help="coordinates of the picture: along the crack from its tip and normal to it, as if it came from "
@@ -77,7 +87,7 @@ def add_axes_option(parser):
                         help="number of the crack tip that is meant, of several (default: %(default)s)")
 
 
-def survey(result, field, numbers, options, scale=1.0):
+def survey(result: Frames, field: ParticleField, numbers: Iterable[int], options: Namespace, scale: float = 1.0) -> Survey:
     """What some snapshots of a result show, with displacements enlarged."""
     plane, moved, values, areas, corners = plane_of(result, options), 0.0, [], [], []
     tip = plane.tip * MM
@@ -94,17 +104,17 @@ def survey(result, field, numbers, options, scale=1.0):
         places = particles.points + (scale - 1) * (displacement - anchor(result, particles, options.tip, number, options.window))
         drawn = plane.local(deformed(places, half[:, None, None] * AROUND, gradients(particles, scale))).reshape(-1, 2) * MM
         corners += [drawn.min(axis=0), drawn.max(axis=0)]
-    corners = plane.whole(np.array(corners), MM)
-    return Survey(moved, *map(np.concatenate, (values, areas)), corners.min(axis=0), corners.max(axis=0), tip)
+    box = plane.whole(np.array(corners), MM)
+    return Survey(moved, np.concatenate(values), np.concatenate(areas), box.min(axis=0), box.max(axis=0), tip)
 
 
-def joined(surveys):
+def joined(surveys: Sequence[Survey]) -> Survey:
     """What all of some surveys show together."""
     moved, values, areas, lower, upper, tips = zip(*surveys)
-    return Survey(max(moved), *map(np.concatenate, (values, [part / part.sum() for part in areas])), np.min(lower, axis=0), np.max(upper, axis=0), tips[0])
+    return Survey(max(moved), np.concatenate(values), np.concatenate([part / part.sum() for part in areas]), np.min(lower, axis=0), np.max(upper, axis=0), tips[0])
 
 
-def share_of_cell(result, leaves, particles):
+def share_of_cell(result: Frames, leaves: Leaves, particles: Block) -> Array:
     """Size of the square of each particle in the reference configuration: the particles of a cell share its area [m]. In the updated
     frame that of the first snapshot, as long as none has been divided since: strained material is elsewhere in the cells."""
     if not result.is_total() and result.number():
@@ -115,7 +125,7 @@ def share_of_cell(result, leaves, particles):
     return shares(result, leaves, particles)
 
 
-def shares(result, leaves, particles):
+def shares(result: Frames, leaves: Leaves, particles: Block) -> Array:
     """The same, by the cells in which particles are."""
     cell = result.cells_of(particles, leaves)
     number = np.bincount(cell[cell >= 0], minlength=leaves.width.size)
@@ -124,7 +134,7 @@ def shares(result, leaves, particles):
     return np.where(cell >= 0, width[cell], result.scene.cell() / 2)
 
 
-def anchor(result, particles, tip, number, window):
+def anchor(result: Frames, particles: Block, tip: int, number: int, window: float | None) -> Array:
     """The displacement that stays as it is where others are enlarged: that of the particles nearest to the tip around which a window
     stands; none where the whole is shown."""
     plane = result.crack_plane(tip, number) if window else None
@@ -135,13 +145,13 @@ def anchor(result, particles, tip, number, window):
     return displacement[np.argsort(near_tip, kind="stable")[:NEAREST]].mean(axis=0)
 
 
-def deformation(particles):
+def deformation(particles: Block) -> Array:
     """The deformation gradients of particles, shape (n, 2, 2); those of no deformation where a file does not have them."""
     stored = particles.point_fields.get("deformation_gradient")
     return np.broadcast_to(np.eye(2), (len(particles.points), 2, 2)) if stored is None else stored.reshape(-1, 2, 2)
 
 
-def gradients(particles, scale):
+def gradients(particles: Block, scale: float) -> Array:
     """The gradients by which the squares of particles deform whose displacements are enlarged, shape (n, 2, 2). Enlarged ones above
     MOST_TURNED, as at the tip of a crack, are brought down to that: squares would be drawn over others."""
     h = scale * (deformation(particles) - np.eye(2))
@@ -150,12 +160,12 @@ def gradients(particles, scale):
     return np.eye(2) + h * np.minimum(1, most / np.maximum(size, 1e-300))[:, None, None]
 
 
-def deformed(places, offsets, gradient):
+def deformed(places: Array, offsets: Array, gradient: Array) -> Array:
     """Points around places (n, 2), at offsets from them in the reference configuration (n, k, 2), as gradients (n, 2, 2) deform them."""
     return places[:, None] + np.einsum("nij,nkj->nki", gradient, np.broadcast_to(offsets, (len(places), *offsets.shape[1:])))
 
 
-def time_words(result, number):
+def time_words(result: Frames, number: int) -> str:
     """When a snapshot is, in words: the load step at rest, where there are several, else the time in the unit that suits the run."""
     scene, time, longest = result.scene, result.times[number], result.times.max()
     if scene.is_static():
@@ -166,7 +176,7 @@ def time_words(result, number):
     return f"$t$ = {time * factor:.{digits}f} {unit}"
 
 
-def plane_of(result, options):
+def plane_of(result: Frames, options: Namespace) -> CrackPlane:
     """The plane of the crack in the coordinates asked for; the scene's where it has no tip, and then no window around one."""
     plane = result.crack_plane(options.tip)
     if plane is None and options.window:
@@ -175,24 +185,24 @@ def plane_of(result, options):
     return plane.in_scene() if is_in_scene(result, options) else plane
 
 
-def is_in_scene(result, options):
+def is_in_scene(result: Frames, options: Namespace) -> bool:
     """Whether a picture has the coordinates of the scene."""
     return options.axes == "scene" or options.axes is None and result.scene.has_paths()
 
 
-def axis_labels(plane, grows=False):
+def axis_labels(plane: CrackPlane, grows: bool = False) -> tuple[str, str]:
     """What the coordinates of a picture are; those along a crack that grows are from where its tip began."""
     along_crack = f"ahead of {'where the tip began' if grows else 'the tip'} [mm]", "above crack [mm]"
     return ("$x$ [mm]", "$y$ [mm]") if plane.of_scene else along_crack
 
 
-def default_scale(seen, window):
+def default_scale(seen: Survey, window: float | None) -> float:
     """Enlargement of displacements by which the largest is a part of the picture; they are not made smaller."""
     width = 2 * window if window else seen.upper[0] - seen.lower[0]
     return max(1.0, round_off(SHARE * width / seen.moved)) if seen.moved > 0 else 1.0
 
 
-def bodies_meet(result):
+def bodies_meet(result: Frames) -> bool:
     """Whether bodies may come to touch: in the first snapshot they are apart by a cell or more, or move with different velocities.
     With displacements enlarged they would overlap, or be seen apart where they touch."""
     first, cell = result.block("particles", 0), result.scene.cell()
@@ -209,7 +219,7 @@ def bodies_meet(result):
     return bool(others)
 
 
-def extent(seen, window):
+def extent(seen: Survey, window: float | None) -> tuple[Array, Array]:
     """Corners of what is shown [mm]."""
     if window:
         return seen.tip - window, seen.tip + window
@@ -217,7 +227,7 @@ def extent(seen, window):
     return seen.lower - margin, seen.upper + margin
 
 
-def colours(field, seen, options):
+def colours(field: ParticleField, seen: Survey, options: Namespace) -> Colours:
     """The scale of colours for a field in a survey: levels one by one, else linear or logarithmic. It is for all values, unless they are far above
     those outside of a small part of the area."""
     values, log = seen.values, options.log
@@ -247,7 +257,7 @@ def colours(field, seen, options):
     return Colours(Normalize(0.0, factor * top), "YlOrRd", factor, unit, "max" if is_over else "neither")
 
 
-def value_above(values, areas):
+def value_above(values: Array, areas: Array) -> float:
     """The value above which those of a small part of the area are; 0 where there are none."""
     order = np.argsort(values)
     total = np.cumsum(areas[order])
@@ -257,26 +267,27 @@ def value_above(values, areas):
 class Canvas:
     """Axes with the bodies, the mesh and the cracks of one result, which `show` draws."""
 
-    def __init__(self, axes, result, field, scale, shades, options):
+    def __init__(self, axes: Axes, result: Frames, field: ParticleField, scale: float, shades: Colours, options: Namespace) -> None:
         self.result, self.field, self.scale, self.shades, self.size = result, field, scale, shades, options.squares or OVERLAP
         self.axes, self.window, self.tip = axes, options.window, options.tip
         self.plane = plane_of(result, options)
         self.is_smooth = not options.squares and field.name not in COUNTED
         self.colours = ScalarMappable(shades.norm, shades.map)
-        self.squares = axes.add_collection(PolyCollection([], cmap=shades.map, norm=shades.norm, edgecolors="none",
+        self.squares: Any = axes.add_collection(PolyCollection([], cmap=shades.map, norm=shades.norm, edgecolors="none",
                                                           antialiased=False))
-        self.mesh = axes.add_collection(PolyCollection([], facecolors="none", edgecolors=(0, 0, 0, 0.3), linewidths=0.5,
+        self.mesh: Any = axes.add_collection(PolyCollection([], facecolors="none", edgecolors=(0, 0, 0, 0.3), linewidths=0.5,
                                                        visible=options.mesh))
-        self.faces = axes.add_collection(LineCollection([], colors="black", linewidths=1.0, capstyle="butt", gid=ON_COLOURS))
-        self.outlines = axes.add_collection(LineCollection([], **OUTLINE))
-        self._triangles, self._before = None, None
+        self.faces: Any = axes.add_collection(LineCollection([], colors="black", linewidths=1.0, capstyle="butt", gid=ON_COLOURS))
+        self.outlines: Any = axes.add_collection(LineCollection([], **OUTLINE))
+        self._triangles: Any = None
+        self._before: Squares | None = None
         self.tips, = axes.plot([], [], "o", color="black", markersize=3, gid=ON_COLOURS)
         across, up = axis_labels(self.plane, result.scene.count("growth") > 0)
         axes.set(xlabel=across, ylabel=up)
         axes.set_aspect("equal")
         axes.grid(False)
 
-    def show(self, number):
+    def show(self, number: int) -> str:
         """Draw a snapshot. Returns what it shows, in words."""
         leaves, particles, cracks = self.result.leaves(number), self.result.block("particles", number), self.result.cracks(number)
         values = self.shades.factor * self.field.values(particles, leaves)
@@ -294,17 +305,17 @@ class Canvas:
         words, factor = time_words(self.result, number), f"{self.scale:,g}".replace(",", "\u2009")
         return words if self.scale == 1 else f"{words}, displacements × {factor}"
 
-    def _follow(self, number):
+    def _follow(self, number: int) -> None:
         """Keep the window around the tip, which may have grown."""
         if self.window:
             x, y = self.result.tip_place(self.plane, self.tip, number) * MM
             self.axes.set(xlim=(x - self.window, x + self.window), ylim=(y - self.window, y + self.window))
 
-    def _seen(self, points):
+    def _seen(self, points: Array) -> Array:
         """Points of the scene in the coordinates of the picture, with their images [mm]."""
         return self.plane.whole(self.plane.local(points) * MM, MM)
 
-    def _draw_particles(self, squares_of, values):
+    def _draw_particles(self, squares_of: Squares, values: Array) -> None:
         """The squares. At a crack with two faces that part of each is drawn that is on its side and, below them all, what of larger
         squares is: the edges of squares may be short of the crack."""
         divided = squares_of.divided & (not self.plane.is_symmetry)
@@ -318,21 +329,22 @@ class Canvas:
         images = [-shown if self.field.is_odd else shown] if self.plane.is_symmetry else []
         self.squares.set_array(np.concatenate([shown, *images]))
 
-    def _draw_smooth(self, squares_of, values):
+    def _draw_smooth(self, squares_of: Squares, values: Array) -> None:
         """The same outlines as fans of triangles around the places of particles, whose corners have the values of the smooth field there."""
         smooth, self._before = squares_of.smooth(values, self._before), squares_of
-        points, shown, triangles, count = [], [], [], 0
+        parts: list[tuple[Array, Array, Array]] = []
+        count = 0
         for outlines, chosen in squares_of.filled():
             owners, (number, corners) = np.flatnonzero(chosen), outlines.shape[:2]
             around = np.concatenate([squares_of.places[chosen][:, None], outlines], axis=1)
             exact, within = smooth.at(around, owners)       # extrapolated displacements, and values that are not
-            points.append((around + exact[..., :2]).reshape(-1, 2))
-            shown.append(within[..., 2].reshape(-1))
             one = np.arange(corners)
             fan = np.column_stack([np.zeros_like(one), 1 + one, 1 + (one + 1) % corners])
-            triangles.append((count + (corners + 1) * np.arange(number)[:, None, None] + fan).reshape(-1, 3))
+            parts.append(((around + exact[..., :2]).reshape(-1, 2), within[..., 2].reshape(-1),
+                          (count + (corners + 1) * np.arange(number)[:, None, None] + fan).reshape(-1, 3)))
             count += number * (corners + 1)
-        points, shown, triangles = self._seen(np.concatenate(points)), np.concatenate(shown), np.concatenate(triangles)
+        places, shown, triangles = (np.concatenate(of) for of in zip(*parts))
+        points = self._seen(places)
         if len(points) > count:
             shown, triangles = np.concatenate([shown, -shown if self.field.is_odd else shown]), np.concatenate([triangles, triangles + count])
         if self._triangles:
@@ -342,7 +354,7 @@ class Canvas:
         self.axes.add_collection(self._triangles, autolim=False)
         self.outlines.set_segments([line for outline in squares_of.outlines(self.plane.in_scene(), smooth) for line in self._seen(outline[None])])
 
-    def _draw_cracks(self, squares_of, cracks):
+    def _draw_cracks(self, squares_of: Squares, cracks: Sequence[Crack]) -> None:
         """Faces, which begin as one line, and tips. On a plane of symmetry a tip stays on it."""
         moved = [squares_of.faces(crack) for crack in cracks]
         self.faces.set_segments([line for lines in moved for line in self._seen(lines)])
@@ -358,7 +370,7 @@ class Squares:
     divided   of which a crack may be in the square or beside it
     """
 
-    def __init__(self, particles, width, cracks, scale, scene, fixed, is_symmetry=False):
+    def __init__(self, particles: Block, width: Array, cracks: Sequence[Crack], scale: float, scene: StoredModel, fixed: Array, is_symmetry: bool = False) -> None:
         displacement, segments = particles.point_fields["displacement"][:, :2], segments_of(cracks)
         self._width, self._segments, self._ends = width, segments, ends_of([] if is_symmetry else cracks)
         self._shift, self._gradient = scale * (displacement - fixed) + fixed, gradients(particles, scale)
@@ -366,7 +378,7 @@ class Squares:
         self.divided = near(places, WIDE * width, segments)
         self.places = beside(places, particles.point_fields.get("side", np.zeros(len(places))), width, segments)
         self._body, (self._lower, self._upper) = particles.point_fields["body"].astype(int) - 1, scene.bodies()
-        self._smooth = None
+        self._smooth: Smooth | None = None
         self._bodies, self._outlines = scene.body_groups(), [scene.outline(n) for n in range(1, scene.count("body") + 1)]
         self._torn = segments[:0] if is_symmetry else segments     # a crack on a plane of symmetry lies along an edge
         sides = [np.stack([line[:-1], line[1:]], axis=1) for line in self._outlines]
@@ -375,24 +387,24 @@ class Squares:
         self._cut = near(places, EDGE * width, self._walls) | (self.divided & (not is_symmetry))
         self._aside = near(places, EDGE * width, np.concatenate([segments[:0], *(sides[n - 1] for n in boxes)])) & ~self._cut
 
-    def whole(self, size, chosen):
+    def whole(self, size: Any, chosen: Array) -> Array:
         """Corners, as if there were no cracks, with sides of so many shares."""
         return self.places[chosen, None] + size * self._width[chosen, None, None] / 2 * AROUND
 
-    def moved(self, points, chosen):
+    def moved(self, points: Array, chosen: Array) -> Array:
         """Points (m, k, 2) around particles, as these move and deform."""
         return deformed((self.places + self._shift)[chosen], points - self.places[chosen, None], self._gradient[chosen])
 
-    def parts(self, size, chosen):
+    def parts(self, size: Any, chosen: Array) -> Array:
         """Outlines of what particles see of their squares past cracks and edges; squares larger than their shares end with the body."""
         return seen_from(self.places[chosen], *self._boxes(size, chosen), self._walls, self._ends, self._width[chosen])
 
-    def _boxes(self, size, chosen):
+    def _boxes(self, size: Any, chosen: Array) -> tuple[Array, Array]:
         """Corners of squares that end with the box around their body."""
         places, body, half = self.places[chosen], self._body[chosen], (size * self._width)[chosen, None] / 2
         return np.maximum(places - half, self._lower[body]), np.minimum(places + half, self._upper[body])
 
-    def filled(self):
+    def filled(self) -> list[tuple[Array, Array]]:
         """Outlines that fill bodies up to their edges and cracks, each (m, k, 2) with those of the particles whose they are; those that come
         later are above the others."""
         cut, aside = self._cut, self._aside
@@ -406,15 +418,15 @@ class Squares:
         whole = ~cut & ~aside
         return [*found, (self.whole(OVERLAP, whole), whole)]
 
-    def smooth(self, values, before=None):
+    def smooth(self, values: Array, before: Squares | None = None) -> Smooth:
         """Displacements, enlarged, and the field of these values between the particles, whose neighbours may be those of another snapshot."""
-        is_same = before and np.array_equal(self._walls, before._walls) and self.places.shape == before.places.shape \
+        is_same = before is not None and np.array_equal(self._walls, before._walls) and self.places.shape == before.places.shape \
             and np.all(np.abs(self.places - before.places) < BESIDE * self._width[:, None])
-        self._pairs = before._pairs if is_same else pairs_of(self.places, self._width, self._body, self._walls, self._cut)
-        self._smooth = Smooth(self.places, self._width, np.column_stack([self._shift, values]), self._pairs)
-        return self._smooth
+        self._pairs: Array = before._pairs if before is not None and is_same else pairs_of(self.places, self._width, self._body, self._walls, self._cut)
+        found = self._smooth = Smooth(self.places, self._width, np.column_stack([self._shift, values]), self._pairs)
+        return found
 
-    def outlines(self, plane, smooth):
+    def outlines(self, plane: CrackPlane, smooth: Smooth) -> list[Array]:
         """The edges of bodies as they move, but for those on a plane of symmetry; NaN where there is no material. Lines (n, 2)."""
         found, at_edge = [], self._cut | self._aside
         step = np.median(self._width[at_edge]) / 2 if at_edge.any() else np.inf
@@ -439,20 +451,20 @@ class Squares:
             found.append(np.insert(moved, np.repeat(torn + 1, 3), ends.reshape(-1, 2), axis=0))
         return found
 
-    def faces(self, crack):
+    def faces(self, crack: Crack) -> Array:
         """The faces of a crack, which follow the displacements between particles where these are smooth."""
         beside, smooth = np.flatnonzero(self.divided), self._smooth
 
-        def shift(points, numbers):
+        def shift(points: Array, numbers: Array) -> Array:
             return self._shift[beside[numbers]] if smooth is None else smooth.at(points[:, None], beside[numbers])[0][:, 0, :2]
         return faces(crack, self.places[beside], self._width[beside], shift, self._segments, (self._lower, self._upper))
 
 
-def add_colour_bar(figure, axes, canvas):
+def add_colour_bar(figure: Figure, axes: Axes, canvas: Any) -> Any:
     """The scale of colours, with name and unit of the field, beside some axes."""
     shades = canvas.shades
     (left, right), (bottom, top) = canvas.axes.get_xlim(), canvas.axes.get_ylim()
-    place = {"location": "bottom", "aspect": 40, "shrink": 0.7} if top - bottom < FLAT * (right - left) else {"pad": 0.02}
+    place: dict[str, Any] = {"location": "bottom", "aspect": 40, "shrink": 0.7} if top - bottom < FLAT * (right - left) else {"pad": 0.02}
     bar = figure.colorbar(canvas.colours, ax=axes, extend=shades.extend, extendfrac=0.03, **place,
                           label=f"{canvas.field.words} [{'–' if shades.unit == '1' else typeset(shades.unit)}]")
     if canvas.field.name == "level":

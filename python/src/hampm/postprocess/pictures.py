@@ -4,15 +4,20 @@ They are drawn without a display. Colours are Okabe and Ito's, told apart with a
 legible in grey. Curves have their names beside their ends, where there are few enough of them.
 """
 
+from __future__ import annotations
+
 import argparse
 import math
 import re
 import textwrap
+from argparse import ArgumentParser, Namespace
 from collections import Counter
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib import pyplot
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
@@ -21,6 +26,7 @@ from matplotlib.text import Annotation
 from ..errors import UNREADABLE, ResultError, printable
 from ..scripts import Parser
 
+plt = pyplot         # of all modules that draw
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C8C8C"]
 DASHES = ["-", (0, (6, 2)), (0, (3, 3)), (0, (6, 2, 1.2, 2)), (0, (1.2, 1.8)), (0, (9, 3)), (0, (4, 1.2)), (0, (9, 2, 3, 2))]
 MOST_NAMED = 8      # curves of a panel whose names stand beside their ends
@@ -43,7 +49,7 @@ GREY, DARKEST = 0.02, 0.08   # difference of red, green and blue below which a c
 NO_BREAK, THIN_SPACE = "\u00a0", "\u2009"
 
 
-def add_picture_options(parser, suffix):
+def add_picture_options(parser: ArgumentParser, suffix: str) -> None:
     """Options of every picture; `suffix` is what the name of the first file gets by default, such as _G."""
     parser.add_argument("-o", "--output", type=picture, metavar="FILE",
                         help=f"picture to write, .png, .pdf or .svg (default: <first file>{suffix}.png beside it)")
@@ -53,13 +59,13 @@ def add_picture_options(parser, suffix):
     parser.add_argument("--title", metavar="TEXT", help="title of the picture")
 
 
-def add_look(parser):
+def add_look(parser: ArgumentParser) -> None:
     """Options of every picture and film: its style and its size."""
     parser.add_argument("--style", choices=STYLES, help="small letters and thin lines for a paper, large ones for a slide, or light on dark")
     parser.add_argument("--size", type=size_of, metavar="WIDTH[xHEIGHT]", help="of the picture, such as 84mm or 16x9cm (default: what suits it)")
 
 
-def picture_parser(description, suffix, files="result file of hampm", metavar="FILE.h5", nargs="+"):
+def picture_parser(description: str | None, suffix: str, files: str = "result file of hampm", metavar: str = "FILE.h5", nargs: int | str = "+") -> Parser:
     """The parser of a command that draws files, with the options of every picture."""
     parser = Parser(description)
     parser.add_argument("files", nargs=nargs, metavar=metavar, help=files)
@@ -67,11 +73,11 @@ def picture_parser(description, suffix, files="result file of hampm", metavar="F
     return parser
 
 
-def add_time_unit(parser):
+def add_time_unit(parser: ArgumentParser) -> None:
     parser.add_argument("--time-unit", choices=TIME_UNITS, help="unit of the time axis (default: the one that suits)")
 
 
-def time_axis(results, unit):
+def time_axis(results: Sequence[Any], unit: str | None) -> tuple[float, str]:
     """By what times are multiplied and what their axis is called: at rest they only tell how large the loads are, in load steps where
     these are the same in all."""
     if all(result.is_static for result in results):
@@ -82,13 +88,13 @@ def time_axis(results, unit):
     return factor, f"time $t$ [{unit}]"
 
 
-def time_unit(longest, unit=None):
+def time_unit(longest: float, unit: str | None = None) -> tuple[float, str]:
     """By what times are multiplied and the unit that they have then: the one asked for, else the one that suits a longest time [s]."""
     suited = next((name for name, (factor, _) in TIME_UNITS.items() if longest * factor >= 1), "ns") if longest > 0 else "s"
     return TIME_UNITS[unit or suited]
 
 
-def write(figure, options, suffix, quiet=False):
+def write(figure: Callable[[Namespace], Figure], options: Namespace, suffix: str, quiet: bool = False) -> None:
     """Draw a figure by figure(options) and save it as the options say, without a display; print where."""
     first = Path(options.files[0])
     output = Path(options.output or first.with_name(f"{first.stem}{suffix}.png"))
@@ -101,7 +107,7 @@ def write(figure, options, suffix, quiet=False):
                 print(path)
 
 
-def in_style(figure, options):
+def in_style(figure: Callable[[Namespace], Figure], options: Namespace) -> Figure:
     """The figure of these options, of the size and in the style that they ask for: it is as large as its letters, unless a size is given."""
     letters = plt.rcParams["font.size"] / STYLE["font.size"]
     drawn = figure(options)
@@ -120,14 +126,14 @@ def in_style(figure, options):
     return drawn
 
 
-def is_drawing(figure):
+def is_drawing(figure: Figure) -> bool:
     """Whether a figure is a drawing, of which all keeps its proportions, letters too: it says so by its label."""
     return figure.get_label() == DRAWING
 
 
-def enlarge(figure, factor):
+def enlarge(figure: Figure, factor: float) -> None:
     """Letters, lines, marks and distances in points of a drawing, by a factor."""
-    arrows = [artist for artist in figure.findobj(Annotation) if artist.arrow_patch is not None]
+    arrows: list[Any] = [artist for artist in figure.findobj(Annotation) if artist.arrow_patch is not None]
     for arrow in arrows:
         arrow.arrowprops["mutation_scale"] *= factor    # of its head
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
@@ -141,7 +147,7 @@ def enlarge(figure, factor):
             artist.set_position(tuple(factor * np.array(artist.get_position())))
 
 
-def invert_greys(artist):
+def invert_greys(artist: Any) -> None:
     """Black as white and white as black, but for what lies between: colours stay, and those of fields and of lines on them."""
     if artist.get_gid() == ON_COLOURS or getattr(artist, "get_array", lambda: None)() is not None:
         return
@@ -158,7 +164,7 @@ def invert_greys(artist):
             getattr(artist, f"set_{name}")(colours if np.ndim(of) > 1 else tuple(colours[0]))
 
 
-def save(figure, output, dpi):
+def save(figure: Figure, output: Any, dpi: float) -> None:
     """Write a figure to a file or stream."""
     try:
         figure.savefig(output, dpi=dpi)
@@ -168,31 +174,31 @@ def save(figure, output, dpi):
         plt.close(figure)    # which can be saved again
 
 
-def wrapped(words, unit, width=38):
+def wrapped(words: str, unit: str, width: int = 38) -> str:
     """The label of an axis, in lines of so many characters, with the unit whole on the last."""
     lines = textwrap.wrap(f"{words} [{typeset(unit).replace(' ', NO_BREAK)}]", width, break_long_words=False)
     return "\n".join(lines).replace(NO_BREAK, " ")
 
 
-def typeset(unit):
+def typeset(unit: str) -> str:
     """A unit as it is printed: J/m2 as J/m², Pa m^0.5 as Pa√m."""
     return re.sub(r"(?<=[a-zA-Z])([23])\b", lambda power: "²³"[int(power[1]) - 2], unit).replace(" m^0.5", "√m")
 
 
-def name_curves(figure, panels, says_it=False):
+def name_curves(figure: Figure, panels: Sequence[Axes], says_it: bool = False) -> int:
     """Write the label of each curve beside its right end, in its colour. Where a panel has too many of them, or where they end elsewhere,
     they stand in one legend below. A curve that is alone needs no label where its axis `says_it`. Returns the rows of the legend."""
-    lines = {axes: [line for line in axes.lines if not line.get_label().startswith("_")] for axes in panels}
+    lines = {axes: [line for line in axes.lines if not str(line.get_label()).startswith("_")] for axes in panels}
     if all(sum(line.get_transform() == axes.transData for line in of) <= MOST_NAMED and all(ends_at_right(axes, line) for line in of)
            for axes, of in lines.items()):
         for axes, of in lines.items():
             write_beside(axes, of if len(of) > 1 or not says_it else [])
         return 0
-    handles, labels = [sum(parts, []) for parts in zip(*(axes.get_legend_handles_labels() for axes in panels))]
-    return legend_below(figure, *zip(*{label: (handle, label) for handle, label in zip(handles, labels)}.values()))
+    named = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels())}
+    return legend_below(figure, list(named.values()), list(named))
 
 
-def ends_at_right(axes, line):
+def ends_at_right(axes: Axes, line: Any) -> bool:
     """Whether the last point of a curve is at the right edge, as the whole of a horizontal line is."""
     if line.get_transform() != axes.transData:
         return True
@@ -201,9 +207,10 @@ def ends_at_right(axes, line):
     return x.size > 0 and x[-1] >= right - 0.08 * (right - left) and x[-1] >= np.nanmax(x)
 
 
-def write_beside(axes, lines):
+def write_beside(axes: Axes, lines: Sequence[Any]) -> None:
     """Labels of curves beside the right edge, as high as these end there, one below the other where they would be on each other."""
-    height = axes.get_position().height * axes.figure.get_figheight()
+    whole: Any = axes.figure
+    height = axes.get_position().height * whole.get_figheight()
     labels = [textwrap.fill(line.get_label(), 26 + len(line.get_label()) - shown_length(line.get_label())) for line in lines]
     to_panel = axes.transScale + axes.transLimits
     ends = [to_panel.transform((axes.get_xlim()[1], last_of(line)))[1] for line in lines]
@@ -224,44 +231,44 @@ def write_beside(axes, lines):
                                   "relpos": (0, 0.5)})
 
 
-def shown_length(label):
+def shown_length(label: str) -> int:
     """How many letters a label has, of which parts are formulas."""
     return len(re.sub(r"\\mathrm|[{}$_]", "", label))
 
 
-def last_of(line):
+def last_of(line: Any) -> float:
     """The last value of a curve that is a number."""
     y = np.asarray(line.get_ydata(), dtype=float)
     known = y[np.isfinite(y)]
     return known[-1] if known.size else 0.0
 
 
-def legend_below(figure, handles, labels, narrow=42):
+def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str], narrow: int = 42) -> int:
     """A legend under the figure, in two columns where labels are shorter than `narrow`; the rows it has."""
     across = 2 if max(map(shown_length, labels)) < narrow else 1
     figure.legend(handles, labels, loc="outside lower center", ncols=across, frameon=False, handlelength=3.2)
     return -(-len(labels) // across)
 
 
-def ending(*suffixes):
+def ending(*suffixes: str) -> Callable[[str], str]:
     """The type of an argument that names a file with one of these suffixes."""
-    def name(text):
+    def name(text: str) -> str:
         if Path(text).suffix not in suffixes:
             raise argparse.ArgumentTypeError(f"{text} does not end in {' or '.join(suffixes)}")
         return text
     return name
 
 
-def positive(text):
+def positive(text: str) -> float:
     value = float(text)
     if not 0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text} is not a positive number")
     return value
 
 
-def size_of(text):
+def size_of(text: str) -> tuple[float, float | None]:
     """A width, or width and height, with a unit [inch]; the height is none where it is not given."""
-    found = re.fullmatch(r"([\d.]+)(?:mm|cm|in)?(?:x([\d.]+))?(mm|cm|in)", text)
+    found: Any = re.fullmatch(r"([\d.]+)(?:mm|cm|in)?(?:x([\d.]+))?(mm|cm|in)", text)
     try:
         width, height = (value and positive(value) * INCH[found[3]] for value in found.groups()[:2])
     except (AttributeError, ValueError, argparse.ArgumentTypeError):
@@ -269,44 +276,44 @@ def size_of(text):
     return width, height
 
 
-def formats(text):
+def formats(text: str) -> list[str]:
     """Endings of pictures."""
     if unknown := [word for word in text.split(",") if word not in FORMATS]:
         raise argparse.ArgumentTypeError(f"'{unknown[0]}' is none of {', '.join(FORMATS)}")
     return text.split(",")
 
 
-def picture(text):
+def picture(text: str) -> str:
     if Path(text).suffix not in (".png", ".pdf", ".svg"):
         raise argparse.ArgumentTypeError(f"{text} does not end in .png, .pdf or .svg")
     return text
 
 
-def names(results):
+def names(results: Sequence[Any]) -> list[str]:
     """File stems, with the folder in front where stems are not enough to tell files apart."""
     count = Counter(result.stem for result in results)
     return [result.stem if count[result.stem] == 1 else printable(f"{result.path.resolve().parent.name}/{result.stem}")
             for result in results]
 
 
-def picture_names(results):
+def picture_names(results: Sequence[Any]) -> list[str]:
     """The same for pictures."""
     return [verbatim(name) for name in names(results)]
 
 
-def verbatim(text):
+def verbatim(text: str) -> str:
     """A text of a file or its name for a picture: no $ makes a formula of it, and a legend shows one that begins with _ too."""
     text = printable(text).replace("$", r"\$")
     return THIN_SPACE + text if text.startswith("_") else text
 
 
-def prefixed(largest, unit):
+def prefixed(largest: float, unit: str) -> tuple[float, str]:
     """Factor and unit with a prefix that bring a largest value to between 1 and 1000; 1 and the unit where none fits."""
     power = math.floor(math.log10(largest) / 3 + 1e-9) if largest > 0 and math.isfinite(largest) else 0
     return (1e3**-power, PREFIXES[power] + unit) if power in PREFIXES and unit not in ("1", "") else (1.0, unit)
 
 
-def round_off(value):
+def round_off(value: float) -> float:
     """The largest of 1, 2, 5 times a power of ten that is not above a value."""
     power = 10.0 ** math.floor(math.log10(value))
     return power * max(factor for factor in (1, 2, 5) if factor * power <= value * (1 + 1e-12))

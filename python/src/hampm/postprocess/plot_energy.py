@@ -6,8 +6,15 @@ With `energy_balance` it is booked term by term and the title says what the sum 
 sum misses.
 """
 
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from ..history import History
 from .pictures import COLOURS, DASHES, add_time_unit, name_curves, picture_names, picture_parser, plt, prefixed, time_axis, write
@@ -19,16 +26,16 @@ SOME_LACK = ("numerical_loss", "fracture_energy")
 LEAST = 1e-3  # loss to which the lower axis reaches at least [%]: rounding is not shown as if it were one
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     write(figure, parse(arguments), "_energy")
 
 
-def figure(options):
+def figure(options: Namespace) -> Figure:
     """The picture that these options ask for."""
     return draw([Balance(History(path)) for path in options.files], options)
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = picture_parser(__doc__, "_energy")
     parser.add_argument("--relative", action="store_true", help="divide by the largest energy supplied or stored")
     parser.add_argument("--stacked", action="store_true", help="stack what has become of the energy as areas")
@@ -45,7 +52,7 @@ class Balance:
     missing    what the parts miss of `supplied` at most, over `largest`; None where `numerical_loss` is not booked
     """
 
-    def __init__(self, history):
+    def __init__(self, history: History) -> None:
         self.stem, self.path, self.times, self.history = history.stem, history.path, history.times, history
         booked = [name for name in PARTS if name not in SOME_LACK or name in history.columns]
         columns = {name: history.columns[name] for name in history.select([*booked, "external_work"])}
@@ -59,7 +66,7 @@ class Balance:
         self.parts.setdefault("numerical_loss", rest)
 
 
-def draw(balances, options):
+def draw(balances: Sequence[Balance], options: Namespace) -> Figure:
     """The figure: a column for each result, energies above the loss to the method."""
     figure, axes = plt.subplots(2, len(balances), figsize=(3.4 + 4.6 * len(balances), 5.6), squeeze=False, sharex="col",
                                 sharey="row", height_ratios=(1, 0.4), layout="constrained")
@@ -82,7 +89,7 @@ def draw(balances, options):
     return figure
 
 
-def draw_parts(axes, balance, scale, factor, stacked):
+def draw_parts(axes: Axes, balance: Balance, scale: float, factor: float, stacked: bool) -> None:
     """What was supplied as a line, and what has become of it as lines or as areas on each other."""
     times = balance.times * scale
     if stacked:
@@ -94,12 +101,12 @@ def draw_parts(axes, balance, scale, factor, stacked):
     axes.plot(times, factor * balance.supplied, color="black", linewidth=1.0, label="supplied: work and initial energy")
 
 
-def look(name):
+def look(name: str) -> dict[str, Any]:
     """Colour and dash of a part."""
     return {"color": COLOURS[PARTS.index(name)], "linestyle": DASHES[PARTS.index(name)]}
 
 
-def closure(balance):
+def closure(balance: Balance) -> str:
     """How the balance closes, in words."""
     if balance.missing is None:
         return "losses of the method not booked"

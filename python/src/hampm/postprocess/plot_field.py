@@ -7,38 +7,46 @@ with the particles beside it: with --scale cracks open. Where a crack lies on a 
 Of a solid the surface is shown, in a parallel projection, or what a plane across an axis cuts (--slice), without --window, --axes, --tip and --squares.
 """
 
-from pathlib import Path
+from __future__ import annotations
 
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from ..arrays import Array
+from ..errors import ResultError
 from . import particle_pictures
 from . import solid_pictures
-from .frames import frames_of
-from ..errors import ResultError
+from .frames import Frames, frames_of
 from .particle_fields import ParticleField
 from .particle_pictures import FLAT, add_colour_bar, add_field_options, colours, extent, is_in_scene, joined
 from .pictures import picture_names, picture_parser, plt, positive, write
-
-from matplotlib.ticker import MaxNLocator
 
 TALLEST = 6.5  # height of a panel [inch]
 TALL = 0.75    # the same of a picture whose width is given, over that
 LOWEST = 1.3   # of a panel with its label
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> Any:
     options = parse(arguments)
     if options.pyvista:
         results = [frames_of(path) for path in options.files]
         if solid_pictures.check_options(results, options):
-            return by_pyvista(results, options)
+            by_pyvista(results, options)
+            return
     write(figure, options, f"_{options.field}")
 
 
-def figure(options):
+def figure(options: Namespace) -> Figure:
     """The picture that these options ask for."""
     return draw([frames_of(path) for path in options.files], options)
 
 
-def by_pyvista(results, options):
+def by_pyvista(results: Sequence[Any], options: Namespace) -> None:
     """The picture of one solid at one time by PyVista."""
     views = [(result, number) for result in results for number in numbers(result, options)]
     output = Path(options.output or results[0].path.with_name(f"{results[0].path.stem}_{options.field}.png"))
@@ -48,7 +56,7 @@ def by_pyvista(results, options):
     solid_pictures.write_with_pyvista(result, ParticleField(result, options.field), number, options, output)
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = picture_parser(__doc__, "_<field>", "result file with snapshots")
     add_field_options(parser)
     solid_pictures.add_solid_options(parser)
@@ -65,7 +73,7 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def draw(results, options):
+def draw(results: Sequence[Frames], options: Namespace) -> Figure:
     """The figure: a panel for each file and time."""
     views = [(result, number) for result in results for number in numbers(result, options)]
     fields = {result: ParticleField(result, options.field) for result in results}
@@ -95,14 +103,14 @@ def draw(results, options):
     return figure
 
 
-def numbers(result, options):
+def numbers(result: Frames, options: Namespace) -> list[int]:
     """Numbers of the snapshots to show."""
     if options.time:
         return [result.number(time=time) for time in options.time]
     return [result.number(snapshot) for snapshot in options.snapshot or [-1]]
 
 
-def panels(count, size, is_shared, whole=None):
+def panels(count: int, size: Array, is_shared: bool, whole: float | None = None) -> tuple[Figure, Any]:
     """A figure with so many panels of this shape, which may share their axes: below each other where they are flat, else up to
     three in a row. As wide as the whole is to be [inch]."""
     across = 1 if size[1] < 0.5 * size[0] else min(count, 3)

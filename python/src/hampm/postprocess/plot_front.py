@@ -12,17 +12,24 @@ many cells around as the domain is wide; it is as wide as they allow unless --ce
 Prints the table of the last row or snapshot, or with --csv of all of them, and draws along the front where --output is given.
 """
 
+from __future__ import annotations
+
 import itertools
+from argparse import Namespace
 from collections import namedtuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from ..arrays import Array
 from ..errors import ResultError
 from ..signals import read_curve
-from ..stored import opened
-from .pictures import COLOURS, MM, name_curves, picture_parser, plt, positive, write
-from ..snapshots import DEEPEST
+from ..snapshots import DEEPEST, Block
+from ..stored import Stored, opened
 from ..stored_model import StoredModel
+from .pictures import COLOURS, MM, name_curves, picture_parser, plt, positive, write
 
 FINITE = ("neo_hookean", "mooney_rivlin")
 ROUNDING = 1e-6   # cells
@@ -35,16 +42,17 @@ Curve = namedtuple("Curve", "time place domain closure mean closure_mean cells")
 Curve.__doc__ = "A time [s], places along the front from its end [m], G by domain and by closure there, their means [J/m2], and the width of the domain in cells."
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> Any:
     options = parse(arguments)
     if options.ligament is None:
-        return show_measured(options)
+        show_measured(options)
+        return
     tell_all(curves_of(options), options.csv)
     if options.output:
         write(figure, options, "_front", quiet=True)
 
 
-def figure(options):
+def figure(options: Namespace) -> Figure:
     """The picture that these options ask for."""
     if options.ligament is not None:
         return draw(curves_of(options)[-1], options)
@@ -52,7 +60,7 @@ def figure(options):
     return draw_fronts(times, columns, options) if options.fronts else draw_measured(columns, options)
 
 
-def show_measured(options):
+def show_measured(options: Namespace) -> None:
     """What the program has measured along a front: as a table, as values with every digit, as a picture."""
     times, columns = measured(options)
     shown = ["arc", *(name for name in columns if name[0] in "GK")]
@@ -69,7 +77,7 @@ def show_measured(options):
         write(figure, options, "_front", quiet=True)
 
 
-def measured(options):
+def measured(options: Namespace) -> tuple[Array, dict[str, Array]]:
     """Times of the rows, and columns of the front by their names, each (rows, places)."""
     ending = "" if options.number == 1 else f"_front{options.number}"
     with opened(options.files[0]) as stored:
@@ -83,7 +91,7 @@ def measured(options):
     return times, columns
 
 
-def draw_measured(columns, options):
+def draw_measured(columns: Mapping[str, Array], options: Namespace) -> Figure:
     """One quantity along the front, over what it is divided by."""
     figure, axes = plt.subplots(figsize=(6.5, 3.6), layout="constrained")
     values = columns[options.quantity][-1] / options.scale
@@ -98,7 +106,7 @@ def draw_measured(columns, options):
     return figure
 
 
-def draw_fronts(times, columns, options):
+def draw_fronts(times: Array, columns: Mapping[str, Array], options: Namespace) -> Figure:
     """Where the front is at rows between the first and the last, in its plane."""
     places = np.array([columns[name] for name in "xyz"])
     first, second = sorted(np.argsort(np.nanmax(places, axis=(1, 2)) - np.nanmin(places, axis=(1, 2)))[1:])
@@ -115,7 +123,7 @@ def draw_fronts(times, columns, options):
     return figure
 
 
-def curves_of(options):
+def curves_of(options: Namespace) -> list[Curve]:
     """G along the front in the last snapshot, or in all."""
     with opened(options.files[0]) as stored:
         model = StoredModel(stored.text("input/namelist"), options.files[0])
@@ -127,7 +135,7 @@ def curves_of(options):
         return [curve(stored, model, front, number, times[number], options) for number in numbers]
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = picture_parser(__doc__, "_front", "result file with snapshots", nargs=1)
     parser.add_argument("--quantity", default="G", metavar="NAME", help="G, K_I, K_II or K_III (default: G)")
     parser.add_argument("--over", default="arc", choices=("arc", "x", "y", "z"), help="way along the front, or coordinate, over which it is drawn")
@@ -142,7 +150,7 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def front_of(model, name):
+def front_of(model: StoredModel, name: str) -> Front:
     """The front, by the stored namelist."""
     if len(model.numbers("grid", "lower")) != 3:
         raise ResultError(f"{model.path}: is no result of the program for solids")
@@ -170,7 +178,7 @@ def front_of(model, name):
                  upper[along] - lower[along], [(b, [d for d in range(3) if "xyz"[d] in f]) for b, f, _ in boxes])
 
 
-def curve(stored, model, front, number, time, options):
+def curve(stored: Stored, model: StoredModel, front: Front, number: int, time: float, options: Namespace) -> Curve:
     """G along the front in a snapshot."""
     fields, h = fields_of(stored, model, front, number)
     lattice = Lattice(fields, h, front, options.cells, model)
@@ -185,9 +193,9 @@ def curve(stored, model, front, number, time, options):
                  domain.sum() / front.length / options.scale, closure.sum() / front.length / options.scale, lattice.reach)
 
 
-def fields_of(stored, model, front, number):
+def fields_of(stored: Stored, model: StoredModel, front: Front, number: int) -> tuple[dict[str, Array], float]:
     """Fields of the particles of a snapshot in the axes of the crack, and the size of the finest cells [m]."""
-    def part(block, name, count, dims, **limits):
+    def part(block: str, name: str, count: str, dims: int, **limits: Any) -> Array:
         counts = stored.numbers(f"VTKHDF/{block}/{count}", whole=True, least=0)
         if len(counts) <= number or counts[number] == 0:
             raise stored.wrong(f"VTKHDF/{block}/{count}", f"says that snapshot {number} holds nothing")
@@ -215,7 +223,9 @@ def fields_of(stored, model, front, number):
     body = of["PointData/body"].astype(int) - 1
     finite = np.isin(laws, FINITE)[body]
     stress[finite] = stress[finite] @ np.linalg.inv(deformation[finite]).transpose(0, 2, 1)   # P of Kirchhoff's stress
-    rotated = lambda tensor: turn @ tensor @ turn.T
+
+    def rotated(tensor: Array) -> Array:
+        return turn @ tensor @ turn.T
     return {"x": (x @ turn.T) - front.origin * front.signs, "u": of["PointData/displacement"] @ turn.T, "slope": rotated(deformation - np.eye(3))[:, :, 0],
             "stress": rotated(stress), "energy": of["PointData/energy_density"], "material": np.array(groups)[body]}, h
 
@@ -228,7 +238,7 @@ class Lattice:
     lengths   part of the front that belongs to each node [m]
     """
 
-    def __init__(self, fields, h, front, most, model):
+    def __init__(self, fields: Mapping[str, Array], h: float, front: Front, most: int, model: StoredModel) -> None:
         at = fields["x"] / h
         across = int(round(front.length / h))
         near = (np.abs(at[:, 0]) < MOST) & (at[:, 1] < MOST)
@@ -263,7 +273,7 @@ class Lattice:
         for d in range(3):
             self.divergence[self.holds(d), d] = 0
 
-    def _check_loads(self, model):
+    def _check_loads(self, model: StoredModel) -> None:
         front = self._front
         low = np.array([-self.reach, 0, 0]) * self.h
         high = np.array([self.reach, self.reach, self.size[2]]) * self.h
@@ -274,16 +284,16 @@ class Lattice:
                     np.all(np.maximum(*corners) >= low) and np.all(np.minimum(*corners) <= high):
                 raise ResultError(f"{model.path}: the domain of {self.reach} cells reaches a traction; give --cells a smaller number")
 
-    def nodal(self, values):
+    def nodal(self, values: Callable[[Array, Array], Any]) -> Array:
         """Sums over the particles at the nodes, of their volumes times values(functions, gradients)."""
-        total = 0
+        total: Any = 0
         for node, n, sign in self._corners:
             gradient = np.stack([sign[d] * np.prod(np.delete(n, d, axis=1), axis=1) for d in range(3)], axis=1) / self.h
             given = self.volume * values(np.prod(n, axis=1), gradient)
             total = total + np.stack([np.bincount(node, column, minlength=np.prod(self.size)) for column in given.T], axis=1)
         return total
 
-    def holds(self, d):
+    def holds(self, d: int) -> Array:
         """Nodes that some constraint holds in an axis of the crack."""
         front = self._front
         places = (np.indices(self.size).reshape(3, -1).T - [self.middle, 0, 0]) * self.h + front.origin * front.signs
@@ -294,7 +304,7 @@ class Lattice:
                 held |= np.all((places > ends[0] - ROUNDING * self.h) & (places < ends[1] + ROUNDING * self.h), axis=1)
         return held
 
-    def domain_integral(self):
+    def domain_integral(self) -> Array:
         """G times the length of front at each of its nodes: sum V ((u_i,1 P_iJ - W d_1J) q,J + u_i,1 (div P)_i q), twice that of the half model.
         In the plane q is 1 in the cells at the front, and falls to 0."""
         slope = self._fields["slope"]
@@ -305,7 +315,7 @@ class Lattice:
         first, second = (np.clip((self.reach - np.abs(np.arange(n) - at)) / (self.reach - 1), 0, 1) for n, at in zip(self.size, (self.middle, 0)))
         return 2 * np.einsum("i,j,ijk->k", first, second, given)
 
-    def closure(self):
+    def closure(self) -> Array:
         """The same by the force on each node of the front and the opening one cell behind it."""
         opening, cells = np.zeros((2, np.prod(self.size)))
         for node, n, _ in self._corners:
@@ -317,7 +327,7 @@ class Lattice:
         return np.abs(force) * opening[behind, 0] / cells[behind, 0] / self.h
 
 
-def tell_all(curves, as_csv):
+def tell_all(curves: Sequence[Curve], as_csv: bool) -> None:
     """The table of the curves."""
     if as_csv:
         print("time,place,domain,closure")
@@ -332,7 +342,7 @@ def tell_all(curves, as_csv):
         print(f"{'mean':>12} {of.mean:12.6g} {of.closure_mean:12.6g}")
 
 
-def draw(of, options):
+def draw(of: Curve, options: Namespace) -> Figure:
     """G along the front."""
     figure, axes = plt.subplots(figsize=(6.5, 3.6), layout="constrained")
     for name, values, colour, style in (("domain", of.domain, COLOURS[0], "o-"), ("closure", of.closure, COLOURS[1], "s--")):

@@ -7,18 +7,26 @@ their own, below each other. --growth shows how cracks grow: G beside the toughn
 the load over the opening, K over the length of the crack, G over its speed. `mean_tip_speed` is the tip_speed as mean over a cell.
 """
 
-import re
-from pathlib import Path
+from __future__ import annotations
 
-from .growing_tips import add_derived, columns_over_time
+import re
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..arrays import Array
 from ..columns import symbol as words
 from ..errors import ResultError
 from ..history import OF_TIP, History, is_error
 from ..signals import lowpass, read_curve
+from .growing_tips import add_derived, columns_over_time
 from .pictures import (COLOURS, DASHES, add_time_unit, name_curves, picture_names, picture_parser, plt, positive, prefixed, time_axis,
-                      verbatim, wrapped, write)
-
-import numpy as np
+                       verbatim, wrapped, write)
 
 WIDE, THIN = 2.4, 1.2  # width of the first curve of a panel and of the last, so that each can be seen below others that coincide with it
 ALONE = 1.5            # width of a curve that is alone
@@ -29,16 +37,16 @@ GROWTH_WORDS = {"J/m2": "$G$ and toughness", "m/s": "speed of the tip, mean over
 FEW = 40               # samples up to which a curve has a mark at each, and a bar for the estimated error
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     write(figure, parse(arguments), "_G")
 
 
-def figure(options):
+def figure(options: Namespace) -> Figure:
     """The picture that these options ask for."""
     return draw([History(path) for path in options.files], options)
 
 
-def parse(arguments, description=__doc__, suffix="_G", **columns):
+def parse(arguments: Sequence[str] | None, description: str | None = __doc__, suffix: str = "_G", **columns: Any) -> Namespace:
     """The options; of another command, which describes itself, some of them stand."""
     parser = picture_parser(description, suffix)
     parser.add_argument("--estimator", action="append", metavar="NAME",
@@ -75,13 +83,13 @@ def parse(arguments, description=__doc__, suffix="_G", **columns):
     return options
 
 
-def static_value(text):
+def static_value(text: str) -> tuple[str, float]:
     """A value with a name."""
     name, _, value = text.rpartition("=")
     return name or "converged static value", float(value)
 
 
-def draw(histories, options):
+def draw(histories: Sequence[History], options: Namespace) -> Figure:
     """The figure: curves of all files, the reference curve, and the static values as horizontal lines."""
     for history in histories:
         add_derived(history)
@@ -92,7 +100,7 @@ def draw(histories, options):
     panels = dict(zip(scales, panels[:, 0]))
     unit_of_x, label_of_x = abscissa(shown, options) if options.x else time_axis(histories, options.time_unit)
 
-    def curve(axes, x, t, value, **style):
+    def curve(axes: Axes, x: Any, t: Array, value: Array, **style: Any) -> None:
         if options.log:
             x, value = (np.where((x > 0) & (value > 0), of, np.nan) for of in (x, value))
         axes.plot(x * unit_of_x, smooth(t, value, options), **style)
@@ -113,8 +121,8 @@ def draw(histories, options):
         if options.errors and (error := item.history.error_of(item.column)):
             middle, about = smooth(times, value, options), smooth(times, item.history.columns[error] * factor, options)
             if is_few or options.x:
-                beside = item.history.error_of(item.column_over(options.x))
-                beside = item.history.columns[beside] * unit_of_x if options.x and beside else None
+                error_of_x = item.history.error_of(item.column_over(options.x))
+                beside = item.history.columns[error_of_x] * unit_of_x if options.x and error_of_x else None
                 axes.errorbar(x * unit_of_x, middle, about, beside, color=colour, linestyle="none", capsize=3, linewidth=1)
             else:
                 axes.fill_between(x * unit_of_x, middle - about, middle + about, color=colour, alpha=0.2, linewidth=0)
@@ -137,7 +145,7 @@ def draw(histories, options):
     return figure
 
 
-def abscissa(shown, options):
+def abscissa(shown: Sequence[Curve], options: Namespace) -> tuple[float, str]:
     """By what the values of the column of --x are multiplied, and the label of their axis."""
     columns = {item.column_over(options.x): item for item in shown}
     name, item = next(iter(columns.items()))
@@ -147,7 +155,7 @@ def abscissa(shown, options):
     return factor, wrapped(short_name(item.history, name), "–" if unit == "1" else prefixed_unit, 60)
 
 
-def short_name(history, column):
+def short_name(history: History, column: str) -> str:
     """What a column is, in the first words of its long name, where these are few, else by its own name."""
     name = verbatim(re.split(", |; ", history.long_names[column])[0])
     return name if len(name) < 40 else words(column)
@@ -156,18 +164,18 @@ def short_name(history, column):
 class Curve:
     """A column of a file that is drawn: history, name of the file, column, values and unit."""
 
-    def __init__(self, history, name, column):
+    def __init__(self, history: History, name: str, column: str) -> None:
         self.history, self.name, self.column = history, name, column
         self.values, self.unit = history.columns[column], verbatim(history.units[column])
         if column.startswith("toughness"):
             self.values = np.where(self.values > 0, self.values, np.nan)  # none applies
 
-    def column_over(self, name):
+    def column_over(self, name: str | None) -> str:
         """The column of this name of the tip of the curve where there is one, else of the run; time where no name is given."""
-        ending = OF_TIP.search(self.column)[0]
+        ending = tip_of(self.column)
         return name + ending if name and name + ending in self.history.columns else self.history.select([name or "time"])[0]
 
-    def over(self, name):
+    def over(self, name: str | None) -> Array:
         """The values over which the curve is drawn."""
         return self.history.columns[self.column_over(name)]
 
@@ -175,14 +183,14 @@ class Curve:
 class Scale:
     """What the values of one unit are multiplied by, and the label of their axis; over G_ref the factor is one of the file."""
 
-    def __init__(self, factor, label, is_ratio=False):
+    def __init__(self, factor: float, label: str, is_ratio: bool = False) -> None:
         self.factor, self.label, self.is_ratio = factor, label, is_ratio
 
-    def factor_of(self, history):
+    def factor_of(self, history: History) -> float:
         return 1 / history.g_ref() if self.is_ratio else self.factor
 
 
-def scales_of(shown, options):
+def scales_of(shown: Sequence[Curve], options: Namespace) -> dict[str, Scale]:
     """The scale of each unit that the curves have."""
     units = list(dict.fromkeys(item.unit for item in shown))
     if options.label and len(units) > 1:
@@ -192,7 +200,7 @@ def scales_of(shown, options):
     return {unit: scale_of([item for item in shown if item.unit == unit], unit, options) for unit in units}
 
 
-def has_reference(shown, options):
+def has_reference(shown: Sequence[Curve], options: Namespace) -> bool:
     """Whether all files have a G_ref; one that has is not drawn beside one that has not."""
     without = [item.history for item in shown if "G_ref" not in item.history.attributes]
     if without and (options.converged is not None or options.reference or any(item.history not in without for item in shown)):
@@ -200,7 +208,7 @@ def has_reference(shown, options):
     return not without
 
 
-def scale_of(shown, unit, options):
+def scale_of(shown: Sequence[Curve], unit: str, options: Namespace) -> Scale:
     """The scale of the columns of one unit: that of --scale, else a prefix of the unit where the label is not given."""
     if options.label:
         return Scale(1 / (options.scale or 1), options.label)
@@ -211,7 +219,7 @@ def scale_of(shown, unit, options):
     return Scale(factor, wrapped(what, "–" if unit == "1" else prefixed_unit))
 
 
-def common_name(shown):
+def common_name(shown: Sequence[Curve]) -> str:
     """What columns are, in the words that their long names begin with, up to a comma, where these are the same; else by their unit, or
     the names of all."""
     names = list(dict.fromkeys(short_name(item.history, item.column) for item in shown))
@@ -220,7 +228,7 @@ def common_name(shown):
     return UNIT_WORDS.get(shown[0].history.units[shown[0].column]) or ", ".join(dict.fromkeys(words(item.column) for item in shown))
 
 
-def labels_of(shown):
+def labels_of(shown: Sequence[Curve]) -> list[str]:
     """What tells each curve from the others of its panel: its file, its column, or both."""
     labels = []
     for item in shown:
@@ -230,7 +238,7 @@ def labels_of(shown):
     return labels
 
 
-def widths_of(shown):
+def widths_of(shown: Sequence[Curve]) -> list[float]:
     """Widths of curves, falling within each panel."""
     of_panel = {unit: [item for item in shown if item.unit == unit] for unit in dict.fromkeys(item.unit for item in shown)}
     widths = {id(item): width for items in of_panel.values()
@@ -238,12 +246,12 @@ def widths_of(shown):
     return [widths[id(item)] for item in shown]
 
 
-def smooth(t, value, options):
+def smooth(t: Array, value: Array, options: Namespace) -> Array:
     """Values without what is above the frequency of --lowpass, if any."""
     return lowpass(t, value, options.lowpass) if options.lowpass else value
 
 
-def draw_static_values(axes, histories, converged):
+def draw_static_values(axes: Axes, histories: Sequence[History], converged: Sequence[tuple[str, float]] | None) -> None:
     """Horizontal lines: the beam on an elastic foundation, eq. (33), of each scene, and the converged static value."""
     for name, value in converged or []:
         axes.axhline(value, color="0.5", linewidth=1.2, label=f"{name}: {value:.4g}")
@@ -253,7 +261,7 @@ def draw_static_values(axes, histories, converged):
                      label=f"beam on elastic foundation: {ratio:.4g}")
 
 
-def columns(history, options):
+def columns(history: History, options: Namespace) -> list[str]:
     """Columns to draw; the pattern of an estimator may leave out the leading G_."""
     if options.growth:
         return columns_over_time(history)
@@ -264,28 +272,34 @@ def columns(history, options):
     return [name for name in chosen if is_estimator(name) or name in patterns] or chosen
 
 
-def is_estimator(name):
+def tip_of(column: str) -> str:
+    """What the name of a column says of its tip, such as _tip2; nothing of the first."""
+    found = OF_TIP.search(column)
+    return found[0] if found else ""
+
+
+def is_estimator(name: str) -> bool:
     """Whether a column is an energy release rate by one estimator and mode, at any tip, not that of both modes, nor its mean over an advance."""
     return name.startswith("G_") and not is_error(name) and OF_TIP.sub("", name) not in ("G", "G_moving_average")
 
 
-def styles(shown, options):
+def styles(shown: Sequence[Curve], options: Namespace) -> list[tuple[str, Any]]:
     """Colour and dash of each curve: its own of both as long as they last, of one file or one column. Of more, of one file a colour for
     each quantity, a dash for each mode and tip; of several a colour for each file and a dash for each column, or in one panel the other
     way round if there are more columns than files. Of cracks that grow a colour for each tip, and dashes for the toughness."""
     if options.growth:
-        parts = [((item.name, OF_TIP.search(item.column)[0]), item.column.startswith("toughness")) for item in shown]
+        parts = [((item.name, tip_of(item.column)), item.column.startswith("toughness")) for item in shown]
         return coloured(parts, [False, True])
-    files, kinds = ({part(item) for item in shown} for part in (lambda item: item.name, lambda item: item.column))
+    files, kinds = {item.name for item in shown}, {item.column for item in shown}
     if len(shown) <= len(COLOURS) and min(len(files), len(kinds)) == 1:
         return list(zip(COLOURS, DASHES))
     if len(files) == 1:
-        return coloured([(MODE_AND_TIP.sub("", item.column), MODE_AND_TIP.search(item.column)[0]) for item in shown])
+        return coloured([(of, item.column.removeprefix(of)) for item in shown for of in [MODE_AND_TIP.sub("", item.column)]])
     one_panel = len({item.unit for item in shown}) == 1
     return coloured([(item.column, item.name) if len(kinds) > len(files) and one_panel else (item.name, item.column) for item in shown])
 
 
-def coloured(parts, dashed=()):
+def coloured(parts: Sequence[tuple[Any, Any]], dashed: Sequence[Any] = ()) -> list[tuple[str, Any]]:
     """Colours by the first of two parts, dashes by the second, whose values may be given in order."""
     hues, kinds = (list(dict.fromkeys(values)) for values in zip(*parts))
     kinds = list(dashed) or kinds

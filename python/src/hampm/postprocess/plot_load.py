@@ -5,10 +5,16 @@ the load factor over the opening of the mouth. The curve of the toughness has bo
 this is least: at that load the crack would grow. It is drawn of linear elastic models without contact, cohesion, eigenstrains and loads that are held alone.
 """
 
+from __future__ import annotations
+
 import re
+from argparse import Namespace
+from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from ..arrays import Array
 from ..errors import ResultError
 from ..history import History
 from ..scripts import tell
@@ -20,17 +26,17 @@ from .pictures import COLOURS, name_curves, picture_names, picture_parser, plt, 
 OF_PROBE = re.compile(r"load_displacement_(.*)_([xy])$")
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     write(figure, parse(arguments), "_load")
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = picture_parser(__doc__, "_load")
     parser.add_argument("--probe", metavar="NAME", help="of the load line (default: that with the larger displacement)")
     return parser.parse_args(arguments)
 
 
-def figure(options):
+def figure(options: Namespace) -> Figure:
     """The picture that these options ask for."""
     histories = [History(path) for path in options.files]
     columns = [columns_of(history, options.probe) for history in histories]
@@ -55,7 +61,7 @@ def figure(options):
     return drawn
 
 
-def columns_of(history, probe):
+def columns_of(history: History, probe: str | None) -> tuple[str, str]:
     """Names of the columns of the displacement and the load."""
     found = [match for match in map(OF_PROBE.match, history.columns) if match and probe in (None, match[1])]
     if not found:
@@ -66,7 +72,7 @@ def columns_of(history, probe):
     return match[0], f"load_{match[1]}_{match[2]}"
 
 
-def factor_to_toughness(history):
+def factor_to_toughness(history: History) -> Array | None:
     """By what the loads of each row would be multiplied until G of a tip is its toughness; None where models are not linear, or do not tell it."""
     tips = [tip for tip in growing_tips(history) if tip.has("G") and tip.has("toughness")]
     if not tips or not is_linear(history):
@@ -77,7 +83,7 @@ def factor_to_toughness(history):
     return np.where(np.isfinite(least), least, np.nan)
 
 
-def is_linear(history):
+def is_linear(history: History) -> bool:
     """Whether stresses are proportional to the loads, at rest; says why where not."""
     with opened(history.path) as stored:
         model = StoredModel(stored.text("input/namelist"), history.path)

@@ -5,31 +5,40 @@ value. Below: the cells that hold material, mirrored about that plane where it i
 refine. Of a solid, which has no tip, all cells that hold material are shown, from outside or where a plane across an axis cuts them (--slice).
 """
 
+from __future__ import annotations
 
-from . import solid_pictures
-from .frames import frames_of, squares
+from argparse import Namespace
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from ..arrays import Array
 from ..errors import ResultError
+from ..stored_model import StoredModel
+from . import solid_pictures
+from .frames import CrackPlane, Frames, frames_of, squares
 from .particle_pictures import add_axes_option, axis_labels, is_in_scene, plane_of, time_words
 from .pictures import COLOURS, MM, picture_parser, plt, positive, verbatim, write
 from .plot_field import panels
 
-import numpy as np
-from matplotlib.collections import PolyCollection
-from matplotlib.ticker import MaxNLocator
-
 WINDOW = 6.0    # half width of what is shown [mm]
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     write(figure, parse(arguments), "_mesh")
 
 
-def figure(options):
+def figure(options: Namespace) -> Figure:
     """The picture that these options ask for."""
     return draw([frames_of(path) for path in options.files], options)
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = picture_parser(__doc__, "_mesh", "result file with snapshots; one column each")
     parser.add_argument("--window", type=positive, metavar="MM",
                         help=f"half width of what is shown around the crack tip [mm] (default: {WINDOW:g})")
@@ -42,7 +51,7 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def draw(results, options):
+def draw(results: Sequence[Frames], options: Namespace) -> Figure:
     """The figure: a column for each result, R above the mesh where any has it."""
     if solid_pictures.check_options(results, options):
         return solid_pictures.draw_mesh(results, options, panels)
@@ -73,7 +82,7 @@ class View:
     """What is shown of a result: cells of a snapshot, their corners along the crack and in the coordinates of the picture, and the
     tip in these [mm]."""
 
-    def __init__(self, result, options):
+    def __init__(self, result: Frames, options: Namespace) -> None:
         number = result.number(options.snapshot, options.time)
         crack = result.crack_plane(options.tip, number)
         if crack is None:
@@ -86,28 +95,28 @@ class View:
         self.along, self.corners = crack.local(corners) * MM, self.plane.local(corners) * MM
         self.has_parameter = "R" in self.leaves.point_fields
 
-    def critical(self):
+    def critical(self) -> float:
         """The value of R above which cells refine."""
         return self.result.scene.numbers("refine", "r_crit")[0]
 
-    def parameter(self):
+    def parameter(self) -> tuple[Array, Array]:
         """Where the plane enters and leaves each cell along it [mm], and the mean R of each."""
         height, size = self.along[..., 1], self.leaves.width * MM
         is_one_side = self.plane.is_symmetry | (height.mean(axis=1) > -1e-3 * size)
         chosen = self.holds_material & is_one_side & (height.min(axis=1) < 1e-3 * size) & (height.max(axis=1) > 1e-3 * size)
         return chords(self.along[chosen]), self.leaves.mean_of_nodes("R")[chosen]
 
-    def heading(self, window):
+    def heading(self, window: float) -> str:
         """Name or critical value, time, and how many cells of each level are shown."""
         name = rf"$R_\mathrm{{crit}}$ = {self.critical():g}" if self.has_parameter else verbatim(self.result.stem)
         shown = within(self.corners - self.tip, window) & self.holds_material
         return f"{name}, {time_words(self.result, self.number)}\n{levels(self.leaves.level[shown])}"
 
 
-def draw_mesh(axes, view, window):
+def draw_mesh(axes: Axes, view: View, window: float) -> None:
     """Cells, the cracks as thick lines up to their tips, and the box."""
     plane, tip = view.plane, view.tip
-    cells = plane.whole(view.corners[view.holds_material], MM)
+    cells: Any = plane.whole(view.corners[view.holds_material], MM)
     axes.add_collection(PolyCollection(cells, facecolors="white", edgecolors="0.25", linewidths=0.5))
     for crack in view.cracks:
         points = plane.local(crack.points) * MM
@@ -119,7 +128,7 @@ def draw_mesh(axes, view, window):
     draw_box(axes, view.result.scene, plane)
 
 
-def draw_box(axes, scene, plane):
+def draw_box(axes: Axes, scene: StoredModel, plane: CrackPlane) -> None:
     """Where cells may refine, dashed, with its image as one box."""
     lower, upper = (np.array(scene.numbers("refine", key)) for key in ("region_lower", "region_upper"))
     if not lower.size:
@@ -131,12 +140,12 @@ def draw_box(axes, scene, plane):
     axes.plot(*corners[[0, 1, 2, 3, 0]].T * MM, color=COLOURS[0], linestyle=(0, (4, 3)), linewidth=1.1)
 
 
-def box(lower, upper):
+def box(lower: Array, upper: Array) -> Array:
     """The corners of a rectangle."""
     return lower + (upper - lower) * [[0, 0], [1, 0], [1, 1], [0, 1]]
 
 
-def chords(corners):
+def chords(corners: Array) -> Array:
     """From where to where the line of height 0 runs through squares that it meets, given by their corners (n, 4, 2); shape (n, 2)."""
     start, end = corners, np.roll(corners, -1, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -146,7 +155,7 @@ def chords(corners):
     return np.column_stack([np.nanmin(place, axis=1), np.nanmax(place, axis=1)])
 
 
-def draw_parameter(axes, view, window):
+def draw_parameter(axes: Axes, view: View, window: float) -> float:
     """Mean R of the cells along the plane, each over its width, and the critical value. Returns the largest shown."""
     axes.set_box_aspect(0.6)
     axes.set_xlim(-window, window)
@@ -169,12 +178,12 @@ def draw_parameter(axes, view, window):
     return max(1.1 * critical, mean[in_window].max(initial=0.0))
 
 
-def within(corners, window):
+def within(corners: Array, window: float) -> Array:
     """Whether the middle of a square is in the window."""
     return np.all(np.abs(corners.mean(axis=1)) < window, axis=1)
 
 
-def levels(level):
+def levels(level: Array) -> str:
     """How many cells there are of each level, in words, at most three levels a line."""
     counts = [f"{np.count_nonzero(level == n)} of level {n}" for n in np.unique(level)]
     return "\n".join(", ".join(counts[k:k + 3]) for k in range(0, len(counts), 3)) or "no cells"

@@ -6,21 +6,29 @@ are those of the reference configuration. Points of a measured path, or of any o
 such as G stands beside the picture, or below a flat one, over time, with a line at the time of the snapshot.
 """
 
+from __future__ import annotations
+
 import argparse
+from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from . import plot_g
-from .frames import Frames
-from .growing_tips import growing_tips
+from ..arrays import Array
+from ..columns import symbol
 from ..errors import ResultError
 from ..history import History, is_rate
+from . import plot_g
+from .frames import CrackPlane, Frames
+from .growing_tips import growing_tips
 from .particle_fields import ParticleField
 from .particle_pictures import Canvas, add_colour_bar, add_field_options, colours, extent, survey
-from .pictures import (COLOURS, DASHES, MM, add_time_unit, picture_names, picture_parser, plt, positive, prefixed, time_axis, typeset,
-                      verbatim, write)
+from .pictures import COLOURS, DASHES, MM, add_time_unit, picture_names, picture_parser, plt, positive, prefixed, time_axis, typeset, verbatim, write
 from .points import read_points
 
 TALLEST = 6.0  # height of the picture [inch]
@@ -30,17 +38,17 @@ MARKERS = "osD^v"
 LOOK = ("color", "linestyle", "linewidth", "marker", "markersize", "markerfacecolor", "markeredgecolor")
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     write(figure, parse(arguments), "_path")
 
 
-def figure(options):
+def figure(options: Namespace) -> Figure:
     """The picture that these options ask for."""
     first, histories = Frames(options.files[0]), [History(path) for path in options.files]
     return draw(first, histories, [(path, read_points(path, options.columns)) for path in options.measured], options)
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = picture_parser(__doc__, "_path", "result file with growing cracks; the first with snapshots")
     add_field_options(parser, "von_mises")
     which = parser.add_mutually_exclusive_group()
@@ -60,7 +68,7 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def pair(text):
+def pair(text: str) -> tuple[int, ...]:
     """Numbers of two columns, counted from 1."""
     numbers = [int(word) for word in text.split(",")]
     if len(numbers) != 2 or min(numbers) < 1 or numbers[0] == numbers[1]:
@@ -68,7 +76,7 @@ def pair(text):
     return tuple(numbers)
 
 
-def draw(first, histories, measured, options):
+def draw(first: Frames, histories: Sequence[History], measured: Sequence[tuple[str, Array]], options: Namespace) -> Figure:
     """The figure: a snapshot of the first result, and over it the paths of all results and the measured points."""
     number = first.number(options.snapshot, options.time)
     field = ParticleField(first, options.field)
@@ -94,7 +102,7 @@ def draw(first, histories, measured, options):
     return figure
 
 
-def draw_inset(axes, window):
+def draw_inset(axes: Axes, window: Sequence[float]) -> None:
     """Enlarge the lines and points around a place, in a corner: x, y and half width of what is enlarged [mm]."""
     x, y, half = window
     inset = axes.inset_axes((0.62, 0.03, 0.35, 0.35), xlim=(x - half, x + half), ylim=(y - half, y + half), xticks=[], yticks=[])
@@ -106,7 +114,7 @@ def draw_inset(axes, window):
     axes.indicate_inset_zoom(inset, edgecolor="0.3", alpha=1)
 
 
-def panels(shape, has_panel):
+def panels(shape: float, has_panel: Any) -> tuple[Figure, Axes, Axes | None]:
     """A figure with axes of this height over width for the picture, and with a panel beside them, or below flat ones, or None."""
     width = min(7.0, TALLEST / shape)
     size = max(width, 4.5) + 1.2, width * shape + 1.2
@@ -121,7 +129,7 @@ def panels(shape, has_panel):
     return figure, axes, panel
 
 
-def draw_over_time(axes, histories, now, options):
+def draw_over_time(axes: Axes, histories: Sequence[History], now: float, options: Namespace) -> None:
     """A column of all files over time, with a line at the time of the snapshot."""
     factor, label = time_axis(histories, options.time_unit)
     name = options.beside
@@ -136,15 +144,15 @@ def draw_over_time(axes, histories, now, options):
         axes.plot(history.times * factor, history.columns[name] * (1 / history.g_ref() if is_ratio else scale), color=COLOURS[k % len(COLOURS)],
                   linestyle=DASHES[k % len(DASHES)], marker="o" if history.times.size <= plot_g.FEW else None, markersize=3.5)
     axes.axvline(now * factor, color="0.6", linewidth=1.0)
-    axes.set(xlabel=label, ylabel=rf"${name}/G_\mathrm{{ref}}$ [–]" if is_ratio and name == "G" else f"{plot_g.words(name)} [{unit}]")
+    axes.set(xlabel=label, ylabel=rf"${name}/G_\mathrm{{ref}}$ [–]" if is_ratio and name == "G" else f"{symbol(name)} [{unit}]")
 
 
-def draw_paths(axes, plane, history, name, number, until=None):
+def draw_paths(axes: Axes, plane: CrackPlane, history: History, name: str, number: int, until: float | None = None) -> None:
     """The paths of all tips of a run that grow, up to a time where that is given, with a dot where each began."""
     tips = growing_tips(history)
     if not tips:
         raise ResultError(f"{history.path}: no crack grows in this run (set `&growth`)")
-    style = {"color": COLOURS[number % len(COLOURS)], "linestyle": DASHES[number % len(DASHES)], "linewidth": 1.9, "path_effects": HALO, "zorder": 5}
+    style: dict[str, Any] = {"color": COLOURS[number % len(COLOURS)], "linestyle": DASHES[number % len(DASHES)], "linewidth": 1.9, "path_effects": HALO, "zorder": 5}
     for tip in tips:
         points = plane.local(tip.path(until)) * MM
         axes.plot(*points.T, label=name if tip is tips[0] else None, **style)

@@ -6,18 +6,26 @@ curve. Fields of particles are those of the file (stress_xx, energy_density, ...
 those of plot_field.py; nodes have mass, velocity_x, velocity_y and, where the mesh follows a gradient, R.
 """
 
+from __future__ import annotations
+
 import csv
 import sys
+from argparse import Namespace
 from collections import namedtuple
-
-from .crack_faces import is_between, segments_of
-from .frames import CrackPlane, Frames
-from ..errors import ResultError
-from ..signals import read_curve
-from .particle_fields import ParticleField, words_of
-from .pictures import COLOURS, DASHES, name_curves, names, picture_parser, plt, positive, prefixed, typeset, verbatim, write
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
+
+from ..arrays import Array
+from ..errors import ResultError
+from ..signals import read_curve
+from ..snapshots import Block
+from .crack_faces import is_between, segments_of
+from .frames import CrackPlane, Frames, Leaves
+from .particle_fields import ParticleField, words_of
+from .pictures import COLOURS, DASHES, name_curves, names, picture_parser, plt, positive, prefixed, typeset, verbatim, write
 
 VECTORS = {"velocity": "m/s", "displacement": "m"}
 NODE_UNITS = {"mass": "kg", "R": "1"}
@@ -29,7 +37,7 @@ Profile.__doc__ = ("A field along the line: name of the file, time [s], places [
                    "line on which each is: 1 where the coordinate across it is larger, -1 where it is smaller, 0 on both.")
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     options = parse(arguments)
     if options.csv:
         write_csv(profiles_of(options)[1])
@@ -37,19 +45,19 @@ def main(arguments=None):
         write(figure, options, f"_{options.field}")
 
 
-def figure(options):
+def figure(options: Namespace) -> Figure:
     """The picture that these options ask for."""
     first, profiles = profiles_of(options)
     return draw(profiles, unit_of(first, options), options)
 
 
-def profiles_of(options):
+def profiles_of(options: Namespace) -> tuple[Frames, list[Profile]]:
     """The first result, and the profiles of all."""
     results = [Frames(path) for path in options.files]
     return results[0], [profile(result, name, number, options) for result, name in zip(results, names(results)) for number in numbers(result, options)]
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = picture_parser(__doc__, "_<field>", "result file with snapshots")
     parser.add_argument("--field", required=True, metavar="NAME", help="what is drawn")
     parser.add_argument("--nodes", action="store_true", help="the field of the nodes, as it was in the last step")
@@ -71,12 +79,12 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def numbers(result, options):
+def numbers(result: Frames, options: Namespace) -> list[int]:
     """Numbers of the snapshots to show."""
     return [result.number(time=time) for time in options.time or [result.times[-1]]]
 
 
-def profile(result, name, number, options):
+def profile(result: Frames, name: str, number: int, options: Namespace) -> Profile:
     """The field of a snapshot along the line."""
     leaves = result.leaves(number)
     block = result.block("mesh" if options.nodes else "particles", number)
@@ -100,7 +108,7 @@ def profile(result, name, number, options):
     return Profile(name, result.times[number], place, values, side)
 
 
-def means(place, values, side, began, close, segments):
+def means(place: Array, values: Array, side: Array, began: Array, close: float, segments: Array) -> tuple[Array, Array, Array]:
     """One value a place, in ascending order: the mean of those that are closer, and of either side where a crack runs between them, whose
     places in the reference configuration are `began`."""
     group = np.concatenate([[0], np.cumsum(np.diff(place) > close)])
@@ -116,24 +124,24 @@ def means(place, values, side, began, close, segments):
     return *found, kept % 3 - 1
 
 
-def mean(rows, group, count):
+def mean(rows: Any, group: Array, count: int) -> Array:
     """Means of rows over groups, shape (rows, groups); NaN of empty ones."""
     number = np.bincount(group, minlength=count)
     with np.errstate(invalid="ignore"):
         return np.array([np.bincount(group, row, count) / number for row in rows])
 
 
-def on_axes(result, number, points, options):
+def on_axes(result: Frames, number: int, points: Array, options: Namespace) -> Array:
     """Places along the line and across it [m]."""
-    plane = CrackPlane(np.zeros(2), np.array([1.0, 0.0]))
+    plane: CrackPlane | None = CrackPlane(np.zeros(2), np.array([1.0, 0.0]))
     if options.from_tip:
         plane = result.crack_plane(number=number)
-        if plane is None:
-            raise ResultError(f"{result.path}: --from-tip needs a crack, and the scene has none")
+    if plane is None:
+        raise ResultError(f"{result.path}: --from-tip needs a crack, and the scene has none")
     return plane.local(points)[:, ::1 if options.along == "x" else -1]
 
 
-def reach(result, block, leaves, options):
+def reach(result: Frames, block: Block, leaves: Leaves, options: Namespace) -> Any:
     """How far from the line particles are on it: half of their share of the cell; nodes lie on it [m]."""
     if options.nodes:
         return CLOSE * leaves.width.min()
@@ -142,7 +150,7 @@ def reach(result, block, leaves, options):
     return np.where(cell >= 0, (0.5 + CLOSE) * share[cell], 0.0)
 
 
-def sides_of(block, across, options):
+def sides_of(block: Block, across: Array, options: Namespace) -> Array:
     """The side of the line on which each particle is, or each node by the cells that it belongs to."""
     if options.at is None:
         return np.zeros(across.shape)
@@ -155,20 +163,20 @@ def sides_of(block, across, options):
     return beyond.astype(int) - before
 
 
-def component(name):
+def component(name: str) -> tuple[str, int] | None:
     """The vector and the number of its component that a name such as velocity_x means, or none."""
     vector, _, axis = name.rpartition("_")
     return (vector, "xy".index(axis)) if vector in VECTORS and axis in ("x", "y") else None
 
 
-def particle_values(result, block, leaves, options):
+def particle_values(result: Frames, block: Block, leaves: Leaves, options: Namespace) -> Array:
     """The field at the particles."""
     if part := component(options.field):
         return block.point_fields[part[0]][:, part[1]]
     return ParticleField(result, options.field).values(block, leaves)
 
 
-def node_values(result, block, options):
+def node_values(result: Frames, block: Block, options: Namespace) -> Array:
     """The field at the nodes."""
     part, fields = component(options.field), block.point_fields
     if part and part[0] in fields:
@@ -179,14 +187,14 @@ def node_values(result, block, options):
     return fields[options.field]
 
 
-def unit_of(result, options):
+def unit_of(result: Frames, options: Namespace) -> str:
     """Unit of the field."""
     if part := component(options.field):
         return VECTORS[part[0]]
     return NODE_UNITS.get(options.field, "1") if options.nodes else ParticleField(result, options.field).unit
 
 
-def draw(profiles, unit, options):
+def draw(profiles: Sequence[Profile], unit: str, options: Namespace) -> Figure:
     """The figure: a curve for each file and time, and the reference curve."""
     figure, axes = plt.subplots(figsize=(6.3, 4), layout="constrained")
     size, length = prefixed(max(np.abs(shown.place).max() for shown in profiles), "m")
@@ -213,7 +221,7 @@ def draw(profiles, unit, options):
     return figure
 
 
-def sides(shown, options):
+def sides(shown: Profile, options: Namespace) -> list[tuple[Array, str]]:
     """Which places are on one side of the line, and in words on which; all where there is nothing on the other."""
     if not {-1, 1} <= set(shown.side):
         return [(np.full(shown.place.shape, True), "")]
@@ -223,14 +231,14 @@ def sides(shown, options):
     return [(shown.side >= 0, f", {across} > {options.at:.4g} m"), (shown.side <= 0, f", {across} < {options.at:.4g} m")]
 
 
-def scaled(profiles, unit, options):
+def scaled(profiles: Sequence[Profile], unit: str, options: Namespace) -> tuple[float, str]:
     """Factor for the values, and the unit that they have then."""
     if options.scale:
         return 1 / options.scale, "1" if options.label else f"{options.scale:g} {unit}"
     return prefixed(max(np.abs(shown.value).max() for shown in profiles), unit)
 
 
-def label_of(shown, profiles):
+def label_of(shown: Profile, profiles: Sequence[Profile]) -> str:
     """What tells a curve from the others: its file, its time, or both."""
     time = f"$t$ = {shown.time:.4g} s"
     one_time = len({other.time for other in profiles}) == 1
@@ -238,7 +246,7 @@ def label_of(shown, profiles):
     return verbatim(shown.name) if one_time else time if one_file else f"{verbatim(shown.name)}, {time}"
 
 
-def write_csv(profiles):
+def write_csv(profiles: Sequence[Profile]) -> None:
     """One row a place."""
     writer = csv.writer(sys.stdout)
     writer.writerow(["file", "time", "place", "value"])

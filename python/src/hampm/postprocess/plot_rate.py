@@ -3,13 +3,18 @@
 It is `hampm plot g --column growth_rate --x delta_K --log --errors`, whose options it has.
 """
 
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Sequence
+
 from .pictures import write
 from .plot_g import figure, parse as parse_curves
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     write(figure, parse(arguments), "_rate")
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     return parse_curves(arguments, __doc__, "_rate", column=["growth_rate"], x="delta_K", log=True, errors=True, label="growth per load cycle $da/dN$ [m]")

@@ -3,13 +3,18 @@
 It is `hampm plot g --column G --column toughness --x extension --errors`, whose options it has.
 """
 
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Sequence
+
 from .pictures import write
 from .plot_g import figure, parse as parse_curves
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     write(figure, parse(arguments), "_resistance")
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     return parse_curves(arguments, __doc__, "_resistance", column=["G", "toughness"], x="extension", errors=True)

@@ -7,17 +7,25 @@ particles; stepped the Pareto front, of settings that no other beats in both, nu
 five families those are drawn that are on the front most often. The front and the cheapest setting for each accuracy are printed.
 """
 
+from __future__ import annotations
+
 import argparse
 import csv
 import sys
+from argparse import Namespace
 from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from textwrap import indent
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from ..errors import UNREADABLE, ResultError
+from ..tables import Table
 from .pareto import cheapest, front, measured, number, size
 from .pictures import COLOURS, picture_parser, plt, verbatim, write
-
-from ..tables import Table
 
 MARKERS = "osD^vP*X<>"
 LIMITS = (5, 2, 1, 0.5, 0.3)  # of the error [%]
@@ -29,19 +37,19 @@ AXES = {"cpu_seconds": "processor time [s]", "particles": "particles", "error_pe
         "sustained_percent": "sustained error [%]"}
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     options = parse(arguments)
     rows = runs_of(options)
     write_tables(rows, options)
     write(lambda _: draw(rows, options), options, "_work_precision")
 
 
-def figure(options):
+def figure(options: Namespace) -> Figure:
     """The picture that these options ask for."""
     return draw(runs_of(options), options)
 
 
-def runs_of(options):
+def runs_of(options: Namespace) -> list[Mapping[str, Any]]:
     """The rows of the tables that have an error and a cost; on standard error how many have not."""
     needed = [options.cost, options.error, options.family, *options.only]
     rows = [row for path in options.files for row in read_table(path, needed)
@@ -55,7 +63,7 @@ def runs_of(options):
     return good
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = picture_parser(__doc__, "_work_precision", "table of runs", "TABLE.csv")
     parser.add_argument("--error", default="error_percent", metavar="COLUMN", help="error [%%] (default: %(default)s)")
     parser.add_argument("--cost", default="cpu_seconds", metavar="COLUMN", help="cost (default: %(default)s)")
@@ -68,19 +76,19 @@ def parse(arguments):
     return options
 
 
-def condition(text):
+def condition(text: str) -> tuple[str, str]:
     column, equals, value = text.partition("=")
     if not (column and equals):
         raise argparse.ArgumentTypeError(f"{text} is not COLUMN=VALUE")
     return column, value
 
 
-def read_table(path, needed):
+def read_table(path: str | Path, needed: Sequence[str]) -> list[dict[str, Any]]:
     """Rows of a CSV file of named runs as dictionaries."""
     return read_rows(path, ["name", *needed])
 
 
-def read_rows(path, needed):
+def read_rows(path: str | Path, needed: Sequence[str]) -> list[dict[str, Any]]:
     """Rows of a CSV file with certain columns as dictionaries."""
     try:
         with open(path, newline="") as file:
@@ -93,7 +101,7 @@ def read_rows(path, needed):
     return rows
 
 
-def write_tables(rows, options):
+def write_tables(rows: Sequence[Mapping[str, Any]], options: Namespace) -> None:
     """Print the Pareto front and the cheapest setting for each accuracy."""
     heading = ["setting", options.family, options.cost, "particles", options.error]
     best = front(rows, options.cost, options.error)
@@ -103,16 +111,16 @@ def write_tables(rows, options):
                 [[f"{limit:g}", *(words(row, options) if row else ["none", "", "", "", ""])] for limit, row in within])
 
 
-def words(row, options):
+def words(row: Mapping[str, Any], options: Namespace) -> list[str]:
     return [row["name"], row[options.family], f"{number(row, options.cost):.4g}", row.get("particles") or "-",
             f"{number(row, options.error):+.3g}"]
 
 
-def print_table(title, heading, rows):
+def print_table(title: str, heading: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     print(f"{title}:\n{indent(str(Table(heading, rows)), '  ')}")
 
 
-def draw(rows, options):
+def draw(rows: Sequence[Mapping[str, Any]], options: Namespace) -> Figure:
     """The figure: the error over each cost, and below the settings on the fronts."""
     costs = [options.cost]
     if options.cost != "particles" and measured(rows, "particles", options.error):
@@ -120,7 +128,7 @@ def draw(rows, options):
     figure, axes = plt.subplots(1, len(costs), figsize=(1.0 + 4.4 * len(costs), 4.4), squeeze=False, sharey=True,
                                 layout="constrained")
     fronts = [front(rows, cost, options.error) for cost in costs]
-    numbers = {}
+    numbers: dict[str, int] = {}
     for row in (row for best in fronts for row in best):
         numbers.setdefault(row["name"], len(numbers) + 1)
     if len(numbers) > MOST_NUMBERS:
@@ -140,7 +148,7 @@ def draw(rows, options):
     return figure
 
 
-def main_families(rows, fronts, family):
+def main_families(rows: Sequence[Mapping[str, Any]], fronts: Sequence[Sequence[Mapping[str, Any]]], family: str) -> list[str]:
     """The families that are drawn, in the order of the table: all, or those that are on the fronts most often."""
     every = list(dict.fromkeys(row[family] for row in rows))
     on_front = Counter(row[family] for best in fronts for row in best)
@@ -148,7 +156,7 @@ def main_families(rows, fronts, family):
     return [name for name in every if name in chosen]
 
 
-def axis_words(column):
+def axis_words(column: str) -> str:
     """What an axis shows: relative_percent -> relative [%]."""
     for ending, unit in ENDINGS.items():
         if column.endswith(ending) and column not in AXES:
@@ -156,7 +164,7 @@ def axis_words(column):
     return AXES.get(column, verbatim(column.replace("_", " ")))
 
 
-def draw_runs(axes, rows, cost, options):
+def draw_runs(axes: Axes, rows: Sequence[Mapping[str, Any]], cost: str, options: Namespace) -> None:
     """All runs, each family in its colour and marker."""
     rows = measured(rows, cost, options.error)
     for k, family in enumerate(dict.fromkeys(row[options.family] for row in rows)):
@@ -166,13 +174,13 @@ def draw_runs(axes, rows, cost, options):
                   markeredgewidth=0, label=verbatim(family))
 
 
-def heights(rows, among, error):
+def heights(rows: Sequence[Mapping[str, Any]], among: Sequence[Mapping[str, Any]], error: str) -> list[float]:
     """Errors for a logarithmic axis: one of zero stands at half of the least among all others."""
     least = min((size(row, error) for row in among if size(row, error) > 0), default=1.0)
     return [size(row, error) or least / 2 for row in rows]
 
 
-def draw_front(axes, best, cost, error, numbers):
+def draw_front(axes: Axes, best: Sequence[Mapping[str, Any]], cost: str, error: str, numbers: Mapping[str, int]) -> None:
     """The least error for each cost as a stepped line, its points numbered, those that are close by their first and last."""
     costs, errors = [number(row, cost) for row in best], heights(best, best, error)
     axes.step(costs, errors, where="post", color="0.2", linewidth=1.0, zorder=1, label="Pareto front")
@@ -188,7 +196,7 @@ def draw_front(axes, best, cost, error, numbers):
             first = k + 1
 
 
-def draw_limits(panels):
+def draw_limits(panels: Any) -> None:
     """Lines at round errors within the picture, named at its right edge."""
     low, high = panels[0].get_ylim()
     for limit in (limit for limit in LIMITS if low < limit < high):
@@ -198,7 +206,7 @@ def draw_limits(panels):
                             textcoords="offset points", fontsize=8, color="0.4")
 
 
-def write_key(figure, axes, numbers):
+def write_key(figure: Figure, axes: Axes, numbers: Mapping[str, int]) -> None:
     """Under the panels the families, and what the numbers on the fronts stand for."""
     handles, labels = axes.get_legend_handles_labels()
     handles += [plt.Line2D([], [], linestyle="none", marker=f"${n}$", color="black", markersize=5 + 3 * (n > 9), markeredgewidth=0)

@@ -1,11 +1,17 @@
 """Points in CSV files, such as those of a crack that was measured."""
 
-from ..errors import UNREADABLE, ResultError
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
+from ..arrays import Array
+from ..errors import UNREADABLE, ResultError
 
-def read_points(path, columns):
+
+def read_points(path: str | Path, columns: Sequence[int]) -> Array:
     """Points (n, 2) from two columns, counted from 1, of a CSV file with # comments, perhaps with a row of names above them."""
     try:
         with open(path, encoding="utf-8") as file:
@@ -23,7 +29,7 @@ def read_points(path, columns):
     return points
 
 
-def is_number(word):
+def is_number(word: str) -> bool:
     try:
         float(word)
     except ValueError:

@@ -6,29 +6,35 @@ mesh and energy density as far as the result file holds what they show, what a r
 runs are compared in a table and a picture at the top. A run with damping that is not at rest is named; --strict means all runs.
 """
 
+from __future__ import annotations
+
 import base64
 import io
 import re
+from argparse import Namespace
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from ..columns import symbol
+from ..errors import UNREADABLE, ResultError
+from ..history import History
+from ..scripts import Parser, add_strict, tell_of_motion
+from ..stored import opened
+from ..stored_model import StoredModel
 from . import plot_energy
 from . import plot_field
 from . import plot_front
 from . import plot_g
 from . import plot_mesh
 from . import plot_path
-from .growing_tips import growing_tips
-from .frames import frames_of
-from ..errors import UNREADABLE, ResultError
-from ..history import OF_TIP, History
-from ..scripts import Parser, add_strict, tell_of_motion
-from ..stored import opened
+from .frames import Frames, frames_of
+from .growing_tips import GrowingTip, growing_tips
 from .pictures import MM, STYLE, ending, names, plt, positive, save
-
-from ..stored_model import StoredModel
 
 PART = 0.1      # last part of the run that the means are taken over
 SPREAD = 0.05   # of J over its domains, above which it is worth a notice
@@ -48,7 +54,7 @@ td + td, th + th {{ text-align: right }} img {{ max-width: 100% }}
 """
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> int:
     options = parse(arguments)
     runs = [Run(path) for path in options.files]
     title = options.title or ", ".join(dict.fromkeys(item.title for item in runs))
@@ -65,7 +71,7 @@ def main(arguments=None):
     return tell_of_motion(moving, options.strict)
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = Parser(__doc__)
     parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file of hampm")
     parser.add_argument("-o", "--output", type=ending(".html"), metavar="FILE.html",
@@ -80,7 +86,7 @@ def parse(arguments):
 class Run:
     """A result file: its history, scene, energies, what wrote it, and its snapshots, None where it has none."""
 
-    def __init__(self, path):
+    def __init__(self, path: str | Path) -> None:
         self.path, self.history = Path(path), History(path)
         with opened(path) as stored:
             if not stored.has("input/namelist"):
@@ -90,45 +96,45 @@ class Run:
         self.scene = StoredModel(self.namelist, path)
         self.title = self.scene.text("run", "title") or self.path.stem
         self.balance = plot_energy.Balance(self.history)
-        self.frames = snapshots(path)
+        self.frames: Any = snapshots(path)
         self.tips = growing_tips(self.history)
 
-    def last(self, column):
+    def last(self, column: str) -> float:
         return self.history.columns[column][-1]
 
-    def count(self, column):
+    def count(self, column: str) -> str:
         """The last value of a column of whole numbers, in words."""
         return whole(self.last(column)) if column in self.history.columns else "–"
 
-    def mean(self, column):
+    def mean(self, column: str) -> float:
         """Mean over the last part of the run."""
         return self.history.late_mean(column, PART)
 
-    def peak(self, column):
+    def peak(self, column: str) -> int:
         """Number of the sample in which a column is largest, whatever its sign."""
         values = np.abs(self.history.columns[column])
         return int(np.argmax(np.where(np.isfinite(values), values, -1.0)))
 
-    def rates(self):
+    def rates(self) -> list[str]:
         """Names of the columns that are energy release rates."""
         return [name for name in self.history.columns if plot_g.is_estimator(name)]
 
-    def is_damped(self):
+    def is_damped(self) -> bool:
         """Whether the bodies are brought to rest, so that the last values are meant as those at rest."""
         return any(self.scene.numbers("damping", "rate"))
 
 
-def snapshots(path):
+def snapshots(path: str | Path) -> Frames | None:
     try:
         return frames_of(path)
     except ResultError:
         return None
 
 
-def comparison(runs, dpi):
+def comparison(runs: Sequence[Run], dpi: float) -> list[str]:
     """All runs beside each other: the means of G at the end, the work that they were, and the curves."""
     columns = list(dict.fromkeys(name for item in runs for name in item.rates()))
-    heading = ["run", *(plot_g.words(name) for name in columns), "particles", "steps"]
+    heading = ["run", *(symbol(name) for name in columns), "particles", "steps"]
     rows = [[name, *(value_of(item, column) for column in columns), item.count("particles"), item.count("step")]
             for item, name in zip(runs, names([item.history for item in runs]))]
     lines = [table([heading, *rows]), f"<p>G: means over the last {PART:.0%} of the run, over G_ref where there is one.</p>"]
@@ -137,19 +143,19 @@ def comparison(runs, dpi):
     return lines + (curves(with_reference or drawable, dpi) if drawable else [])
 
 
-def value_of(item, column):
+def value_of(item: Run, column: str) -> str:
     if column not in item.history.columns:
         return "–"
     g_ref, error = item.history.g_scale(), item.history.error_of(column)
     return with_error(item.mean(column) / g_ref, item.mean(error) / g_ref if error else None)
 
 
-def with_error(value, error):
+def with_error(value: float, error: float | None) -> str:
     """A value as text, with its estimated error where that is known."""
     return f"{value:.5g}" + (f" ± {error:.2g}" if error is not None else "")
 
 
-def section(item, name, dpi):
+def section(item: Run, name: str, dpi: float) -> list[str]:
     """The report of one run."""
     lines = [f"<h2>{escape(name)}: {escape(item.title)}</h2>",
              *(f'<p class="notice">{escape(text)}.</p>' for text in notices(item)), table(extent(item))]
@@ -165,7 +171,7 @@ def section(item, name, dpi):
             f"<pre>{escape(item.namelist.strip())}</pre>"]
 
 
-def extent(item):
+def extent(item: Run) -> Iterator[tuple[str, ...]]:
     """How far the run came, and how large it was."""
     history = item.history
     if history.is_static:
@@ -186,14 +192,14 @@ def extent(item):
         yield "distance to equilibrium, relative", f"{distance:.2g}"
 
 
-def release_rates(item):
+def release_rates(item: Run) -> Iterator[tuple[str, ...]]:
     """Last value, mean and peak of each estimator, of K and the spread of J, and the references."""
     history, g_ref = item.history, item.history.attributes.get("G_ref")
     yield "quantity", "last value", f"mean of the last {PART:.0%}", "mean over G_ref", "peak", "at time [s]"
     for name in [*item.rates(), *filter(OF_CRACK.match, history.columns)]:
         values, error, peak = history.columns[name], history.error_of(name), item.peak(name)
         errors = history.columns[error] if error else [None] * values.size
-        tip = re.sub(r"_(tip|front)", r", \1 ", OF_TIP.search(name)[0])
+        tip = re.sub(r"_(tip|front)", r", \1 ", plot_g.tip_of(name))
         yield (f"{history.long_names[name]}{tip} [{history.units[name]}]", with_error(values[-1], errors[-1]),
                with_error(item.mean(name), item.mean(error) if error else None),
                value_of(item, name) if g_ref and not name.startswith("K") else "–",
@@ -204,7 +210,7 @@ def release_rates(item):
         yield "beam on elastic foundation, (33) [J/m2]", f"{beam * g_ref:.5g}", "–", f"{beam:.5g}", "–", "–"
 
 
-def growth(item):
+def growth(item: Run) -> Iterator[tuple[Any, ...]]:
     """How each tip has grown."""
     yield ("tip", "crack, first [m]", "crack, last [m]", "place at the end [m]", "starts at [s]", "at rest from [s]",
            "largest mean speed over a cell [m/s]", "mean G/toughness in growth")
@@ -216,7 +222,7 @@ def growth(item):
                drive(tip))
 
 
-def price(item):
+def price(item: Run) -> Iterator[tuple[str, ...]]:
     """What growth took, and by what the loads are multiplied at the end."""
     history = item.history
     for name, words in [("load_factor", "factor of the loads"), ("fracture_energy", "energy dissipated by growth"),
@@ -225,7 +231,7 @@ def price(item):
             yield words, f"{history.columns[name][-1]:.5g}" + (f" {history.units[name]}" if history.units[name] != "1" else "")
 
 
-def drive(tip):
+def drive(tip: GrowingTip) -> str:
     """Mean of G over toughness, with the greatest distance from 1, over the samples in which a tip grows by its toughness."""
     if not (tip.has("toughness") and tip.has("G")):
         return "–"
@@ -234,7 +240,7 @@ def drive(tip):
     return f"{np.mean(ratio):.4g} (within {np.max(np.abs(ratio - 1)):.2g} of 1)" if ratio.size and np.all(np.isfinite(ratio)) else "–"
 
 
-def growth_pictures(item, dpi):
+def growth_pictures(item: Run, dpi: float) -> Iterator[str]:
     file = str(item.path)
     yield picture(lambda: plot_g.draw([item.history], plot_g.parse([file, "--growth"])), "growth over time", dpi)
     if item.frames:
@@ -242,7 +248,7 @@ def growth_pictures(item, dpi):
         yield picture(lambda: plot_path.draw(item.frames, [item.history], [], options), "paths of the cracks", dpi)
 
 
-def energies(item):
+def energies(item: Run) -> Iterator[tuple[str, ...]]:
     """Energies at the end, and how they balance."""
     balance = item.balance
     yield "energy", "at the end [J]", "of the largest [%]"
@@ -253,7 +259,7 @@ def energies(item):
         yield "not accounted for, at most", f"{balance.missing * balance.largest:.2g}", f"{100 * balance.missing:.2g}"
 
 
-def notices(item):
+def notices(item: Run) -> Iterator[str]:
     """What a reader should know before trusting the run."""
     told = item.history.attributes
     if told.get("ended", "done") != "done":
@@ -275,12 +281,12 @@ def notices(item):
         yield "The file holds no snapshots (snapshot_interval in &output), so there are no pictures of mesh and fields"
 
 
-def curves(histories, dpi):
+def curves(histories: Sequence[History], dpi: float) -> list[str]:
     options = plot_g.parse(["--errors", *(str(history.path) for history in histories)])
     return [picture(lambda: plot_g.draw(histories, options), "G over time", dpi)]
 
 
-def along_fronts(item, dpi):
+def along_fronts(item: Run, dpi: float) -> Iterator[str]:
     """G along each crack front of a solid, at the end."""
     with opened(item.path) as stored:
         fronts = sum(name.startswith("arc") for name in stored.names("front"))
@@ -289,11 +295,11 @@ def along_fronts(item, dpi):
         yield picture(lambda: plot_front.draw_measured(plot_front.measured(options)[1], options), "G along the front", dpi)
 
 
-def last_snapshot(item, dpi):
+def last_snapshot(item: Run, dpi: float) -> Iterator[str]:
     """Energy density, around a crack tip too, and the mesh there below R where the mesh follows it."""
     file, window = str(item.path), ["--window", str(WINDOW * item.scene.cell() * MM)]
 
-    def field(words, *arguments):
+    def field(words: str, *arguments: str) -> str:
         return picture(lambda: plot_field.draw([item.frames], plot_field.parse([file, "--log", *arguments])), words, dpi)
 
     yield field("energy density")
@@ -303,7 +309,7 @@ def last_snapshot(item, dpi):
         yield picture(lambda: plot_mesh.draw([item.frames], plot_mesh.parse([file, *window])), "mesh around the crack tip", dpi)
 
 
-def picture(draw, words, dpi):
+def picture(draw: Callable[[], Figure], words: str, dpi: float) -> str:
     """A figure as an image within the page."""
     stream = io.BytesIO()
     with plt.rc_context(STYLE):
@@ -311,13 +317,13 @@ def picture(draw, words, dpi):
     return f'<p><img alt="{words}" src="data:image/png;base64,{base64.b64encode(stream.getvalue()).decode()}"></p>'
 
 
-def table(rows):
+def table(rows: Iterable[Iterable[Any]]) -> str:
     """Rows of text; the first is a heading where it has more than two columns."""
-    rows = [[escape(str(word)) for word in row] for row in rows]
-    kinds = ["th" if len(row) > 2 and k == 0 else "td" for k, row in enumerate(rows)]
+    cells = [[escape(str(word)) for word in row] for row in rows]
+    kinds = ["th" if len(row) > 2 and k == 0 else "td" for k, row in enumerate(cells)]
     return "<table>\n" + "\n".join("<tr>" + "".join(f"<{kind}>{word}</{kind}>" for word in row) + "</tr>"
-                                   for kind, row in zip(kinds, rows)) + "\n</table>"
+                                   for kind, row in zip(kinds, cells)) + "\n</table>"
 
 
-def whole(value):
+def whole(value: float) -> str:
     return f"{value:,.0f}".replace(",", " ")

@@ -9,21 +9,27 @@ and in which the mass matrix is consistent. Black are the points and lines of pr
 place, and are not drawn.
 """
 
-import json
+from __future__ import annotations
 
-from .pictures import COLOURS, DRAWING, picture_parser, plt, prefixed, typeset, verbatim, write
+import json
+from argparse import Namespace
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.markers import MarkerStyle
 from matplotlib.patches import Polygon, Rectangle
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Affine2D, Bbox
 
+from ..arrays import Array
 from ..errors import HampmError, Message, ResultError
 from ..program import call
 from ..scene import Scene
 from ..stored_model import StoredModel
+from .pictures import COLOURS, DRAWING, picture_parser, plt, prefixed, typeset, verbatim, write
 
 LOAD, CRACK, SUPPORT, MOTION = COLOURS[:4]
 LOOK = {"font.size": 17, "axes.titlesize": 17, "axes.grid": False, "lines.linewidth": 2.5, "axes.linewidth": 1.2, "figure.dpi": 72}
@@ -40,16 +46,16 @@ TRIANGLE = Path.make_compound_path(Path([(0, 0), (-0.5, -0.85), (0.5, -0.85), (0
                                    *(Path([(x, -0.85), (x - 0.15, -1)]) for x in (-0.5, -0.1, 0.3, 0.7)))
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     write(figure, parse(arguments), "_sketch")
 
 
-def figure(options):
+def figure(options: Namespace) -> Figure:
     """The picture that these options ask for."""
     return draw(*understood(options.files[0], options.settings), options)
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = picture_parser(__doc__, "_sketch", "namelist of a model that hampm --check accepts", "MODEL.nml", nargs=1)
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.KEY=VALUE", dest="settings",
                         help="use this value instead of the file's; may be repeated")
@@ -57,7 +63,7 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def understood(case, settings):
+def understood(case: str, settings: Sequence[str]) -> tuple[Scene, StoredModel, list[Array]]:
     """The model as the program understands it, with every key: as a scene and as results store it; and its crack tips."""
     try:
         code, text, _ = call(["--check", "--json", "--quiet", case, *(word for setting in settings for word in ("--set", setting))])
@@ -69,7 +75,7 @@ def understood(case, settings):
         raise ResultError(error, error.exit_code) from error
 
 
-def draw(scene, stored, tips, options):
+def draw(scene: Any, stored: StoredModel, tips: Sequence[Array], options: Namespace) -> Figure:
     """The figure: a group of the namelist after the other, then the labels, which look for free places."""
     plt.rcParams.update(LOOK)
     sheet = Sheet(scene, with_lattice=options.grid)
@@ -106,7 +112,7 @@ class Sheet:
     point     1/72 inch on paper [m]
     """
 
-    def __init__(self, scene, with_lattice):
+    def __init__(self, scene: Any, with_lattice: bool) -> None:
         self.outlines = [outline(body) for body in scene.body]
         self.polygons = [line for line, body in zip(self.outlines, scene.body) if body.shape != "circle"]
         self._material = [(Path(line), body.hole) for line, body in zip(self.outlines, scene.body)]
@@ -124,25 +130,26 @@ class Sheet:
         for axis, points in zip((self.axes.xaxis, self.axes.yaxis), size):
             axis.set_major_locator(Scaled(self.factor, max(2, min(6, int(points / 70)))))
             axis.set_major_formatter(lambda value, _: f"{value * self.factor:.6g}".replace("-", "−"))
-        self._labels, self._points = [], list(np.concatenate([along(line, 5 * self.point)[0] for line in self.outlines]))
+        self._labels: list[tuple[Any, str, Any]] = []
+        self._points = list(np.concatenate([along(line, 5 * self.point)[0] for line in self.outlines]))
 
-    def is_material(self, place):
+    def is_material(self, place: Any) -> bool:
         """Whether there is material at a place."""
         return any(path.contains_point(place) for path, hole in self._material if not hole) and \
             not any(path.contains_point(place) for path, hole in self._material if hole)
 
-    def outward(self, place, directions):
+    def outward(self, place: Any, directions: Sequence[Array]) -> Array:
         """The first of these directions in which there is no material beside a place; else the first."""
         return next((way for way in directions if not self.is_material(place + self.point * way)), directions[0])
 
-    def line(self, points, **look):
+    def line(self, points: Any, **look: Any) -> None:
         self.axes.plot(*np.transpose(points), **look)
         self._points += list(along(points, 5 * self.point)[0] if len(points) > 1 else points)
 
-    def box(self, lower, upper, **look):
+    def box(self, lower: Any, upper: Any, **look: Any) -> None:
         self.axes.add_patch(Rectangle(lower, *np.subtract(upper, lower), fill=False, linestyle="--", **look))
 
-    def arrow(self, place, direction, colour):
+    def arrow(self, place: Any, direction: Any, colour: Any) -> Array:
         """An arrow that ends at a place, where it presses on an edge from outside, or else begins there. Returns its free end."""
         way = unit(direction)
         presses = self.is_material(place + self.point * way) and not self.is_material(place - self.point * way)
@@ -152,7 +159,7 @@ class Sheet:
         self._points += [tail + part * ARROW * self.point * way for part in np.linspace(0, 1, 8)]
         return tail if presses else tail + ARROW * self.point * way
 
-    def support(self, place, outward, symbol):
+    def support(self, place: Any, outward: Array, symbol: Any) -> Array:
         """A symbol that touches a place from outside. Returns its other end."""
         turn = Affine2D().rotate(np.arctan2(*outward[::-1]) + np.pi / 2)
         self.axes.plot(*place, marker=MarkerStyle(symbol, transform=turn), markersize=2 * SYMBOL, markeredgewidth=1.8, markeredgecolor=SUPPORT,
@@ -160,14 +167,16 @@ class Sheet:
         self._points += [place + SYMBOL * self.point * (part * outward + side * outward[::-1]) for part in (0.3, 0.9) for side in (-0.6, 0, 0.6)]
         return place + SYMBOL * self.point * outward
 
-    def label(self, place, text, direction):
+    def label(self, place: Any, text: str, direction: Any) -> None:
         """To be written beside a place, in a direction if there is room; once only where loads follow each other there."""
         if not any(text == other and np.allclose(place, there) for there, other, _ in self._labels):
             self._labels.append((place, text, direction))
 
-    def write_labels(self):
+    def write_labels(self) -> None:
         """Each label where it covers the least of what there is, nearer to its own place than to those of others if that can be."""
-        renderer, boxes = self.axes.figure.canvas.get_renderer(), []
+        whole: Any = self.axes.figure
+        renderer = whole.canvas.get_renderer()
+        boxes: list[Any] = []
         points = self.axes.transData.transform(self._points)
         places = self.axes.transData.transform([place for place, *_ in self._labels]) if self._labels else []
         for center, (place, text, direction) in zip(places, self._labels):
@@ -185,7 +194,7 @@ class Sheet:
             boxes.append(found[best])
 
 
-    def fit(self):
+    def fit(self) -> None:
         """Have the figure end around all that is drawn, labels of axes too."""
         figure = self.axes.figure
         own, box = figure.get_size_inches(), figure.get_tightbbox()
@@ -197,15 +206,15 @@ class Sheet:
 class Scaled(MaxNLocator):
     """Ticks that are round in a unit."""
 
-    def __init__(self, factor, count):
+    def __init__(self, factor: float, count: int) -> None:
         self._factor = factor
         super().__init__(count, steps=[1, 2, 5, 10])
 
-    def tick_values(self, least, most):
-        return super().tick_values(least * self._factor, most * self._factor) / self._factor
+    def tick_values(self, least: float, most: float) -> Any:
+        return np.array(super().tick_values(least * self._factor, most * self._factor)) / self._factor
 
 
-def outline(body):
+def outline(body: Any) -> Array:
     """The closed line around a body or a hole."""
     match body.shape:
         case "polygon":
@@ -218,17 +227,17 @@ def outline(body):
     return np.concatenate([corners, corners[:1]])
 
 
-def middle_of(line):
+def middle_of(line: Array) -> Array:
     return (line.min(axis=0) + line.max(axis=0)) / 2
 
 
-def lattice(scene):
+def lattice(scene: Any) -> tuple[Array, Array]:
     """Its lower and upper corner."""
     lower = np.array(scene.grid.lower)
     return lower, lower + scene.grid.cell * np.array(scene.grid.cells)
 
 
-def along(line, spacing):
+def along(line: Array, spacing: float) -> tuple[Array, Array]:
     """Places in the middle of equal parts of a line (n, 2), each about so long; and the directions of the line there."""
     steps = np.diff(line, axis=0)
     ways = np.concatenate([[0], np.cumsum(np.hypot(*steps.T))])
@@ -238,9 +247,9 @@ def along(line, spacing):
     return np.column_stack([np.interp(at, ways, column) for column in np.transpose(line)]), steps[of] / np.hypot(*steps[of].T)[:, None]
 
 
-def within(line, lower, upper, slack):
+def within(line: Array, lower: Any, upper: Any, slack: float) -> list[Array]:
     """The parts of a line that lie in a box with so much slack, one after the other."""
-    parts = []
+    parts: list[Array] = []
     for start, end in zip(line[:-1], line[1:]):
         step = end - start
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -257,18 +266,18 @@ def within(line, lower, upper, slack):
     return parts
 
 
-def unit(vector):
+def unit(vector: Any) -> Array:
     """The direction of a vector; zero where it has none."""
     return np.array(vector) / (np.hypot(*vector) or 1.0)
 
 
-def quantity(value, of):
+def quantity(value: float, of: str) -> str:
     """A value in a unit with a prefix that suits."""
     factor, of = prefixed(abs(value), of)
     return f"{value * factor:.4g} {typeset(of)}".replace("-", "−")
 
 
-def draw_body(sheet, body, has_materials):
+def draw_body(sheet: Sheet, body: Any, has_materials: bool) -> None:
     """Its outline; its material where there are several, its first velocity and its strain without stress."""
     line = outline(body)
     sheet.axes.add_patch(Polygon(line, facecolor="white" if body.hole else "0.9", edgecolor="0.2", linewidth=1.8))
@@ -286,7 +295,7 @@ def draw_body(sheet, body, has_materials):
         sheet.label(end, f"$v$ = {quantity(np.hypot(*body.velocity), 'm/s')}", np.array(body.velocity))
 
 
-def draw_planes(sheet, scene):
+def draw_planes(sheet: Sheet, scene: Any) -> None:
     """The planes of symmetry that cracks lie in, and the axis."""
     lines = [(crack.tip, crack.direction, "symmetry") for crack in scene.crack if crack.kind == "symmetry"]
     for place, way, name in lines + [((0, 0), AXES["y"], "axis")] * (scene.run.plane == "axisymmetric"):
@@ -296,7 +305,7 @@ def draw_planes(sheet, scene):
         sheet.label(ends[1], name, way)
 
 
-def path_of(crack, stored):
+def path_of(crack: Any, stored: StoredModel) -> Array:
     """The points of a crack; one without a length goes from its tip back to the edge."""
     if crack.kind == "path":
         return np.reshape(crack.points, (-1, 2))
@@ -306,9 +315,9 @@ def path_of(crack, stored):
     return np.array([tip - (crack.length or stored.way_to_edge(tip, -way)) * way, tip])
 
 
-def draw_crack(sheet, scene, crack, path):
+def draw_crack(sheet: Sheet, scene: Any, crack: Any, path: Array) -> None:
     """A crack, its part with cohesion dashed, the path that it is to grow along, and what it does."""
-    def of_it(groups):
+    def of_it(groups: Iterable[Any]) -> list[Any]:
         return [group for group in groups if group.crack in ("", None, crack.name)]
     sheet.line(path, color=CRACK, linewidth=4, solid_capstyle="butt")
     for group in of_it(scene.cohesive):
@@ -324,7 +333,7 @@ def draw_crack(sheet, scene, crack, path):
     sheet.label(places[0], ", ".join(words), np.array([-ways[0][1], ways[0][0]]) * (1 if ways[0][0] >= 0 else -1))
 
 
-def draw_constraint(sheet, constraint):
+def draw_constraint(sheet: Sheet, constraint: Any) -> None:
     """Supports where components are held, arrows where they are moved, along the box of the nodes."""
     lower, upper = (np.clip(corner, sheet.lower, sheet.upper) for corner in (constraint.lower, constraint.upper))
     if np.all(upper - lower > 2 * SYMBOL * sheet.point):
@@ -351,7 +360,7 @@ def draw_constraint(sheet, constraint):
                 + ", from one side" * constraint.unilateral, outward)
 
 
-def draw_load(sheet, load, cracks):
+def draw_load(sheet: Sheet, load: Any, cracks: Sequence[Array]) -> Any:
     """Arrows along an edge or a crack, or in the middle of what it acts on, and its size."""
     force = np.array(load.acceleration if load.kind == "gravity" else load.force or (0.0, -load.pressure))
     on_crack, is_pressure = load.on == "crack" or load.face != "none", load.kind == "pressure"
@@ -365,7 +374,8 @@ def draw_load(sheet, load, cracks):
     if load.kind == "absorbing":
         for part in parts:
             sheet.line(part, color=LOAD, linewidth=5, linestyle=(0, (0.5, 0.5)), zorder=1.5)
-        return sheet.label((lower + upper) / 2, "absorbing", upper - lower)
+        sheet.label((lower + upper) / 2, "absorbing", upper - lower)
+        return
     ends = []
     for part in parts:
         sheet.line(part, color=LOAD, linewidth=5, zorder=1.5, solid_capstyle="butt")
@@ -384,7 +394,7 @@ def draw_load(sheet, load, cracks):
     sheet.label(place, f"${name}$ = {quantity(value, of)}{OF_HISTORY[load.history]}", outward)
 
 
-def draw_probe(sheet, probe):
+def draw_probe(sheet: Sheet, probe: Any) -> None:
     """A point or a line that is measured, with its name."""
     if probe.at:
         points = np.reshape(probe.at, (-1, 2))
@@ -392,14 +402,14 @@ def draw_probe(sheet, probe):
         sheet.label(points.mean(axis=0), verbatim(probe.name), AXES["x"])
 
 
-def force_arrow(sheet, place, way, outward, force):
+def force_arrow(sheet: Sheet, place: Any, way: Array, outward: Array, force: Array) -> Array:
     """The arrow of a force on an edge, beside it where the force is along it. Returns its free end."""
     if abs(force @ way) > 0.99 * np.hypot(*force):
         place = place + GAP * sheet.point * outward - ARROW / 2 * sheet.point * unit(force)
     return sheet.arrow(place, force, LOAD)
 
 
-def draw_lattice(sheet, scene):
+def draw_lattice(sheet: Sheet, scene: Any) -> None:
     """The lattice, and the boxes that are of its cells."""
     boxes = [(*lattice(scene), "grid")]
     boxes += [(scene.refine.region_lower, scene.refine.region_upper, "refines")] * bool(scene.refine.region_lower)

@@ -5,9 +5,14 @@ are of its body and on its side of all cracks and edges. Between particles these
 exact up to the edges, and a field is torn at cracks and between bodies alone.
 """
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy as np
 from matplotlib.tri import Triangulation
 
+from ..arrays import Array
 from .crack_faces import is_between
 
 FAR = 2.5       # shares of a cell, of the larger of two particles, beyond which they are no neighbours
@@ -19,14 +24,14 @@ AT_ONCE = 20000
 class Smooth:
     """Fields of some particles between them: places (n, 2), sizes of their shares of cells (n), values (n, c), and their `pairs`."""
 
-    def __init__(self, places, width, values, pairs):
+    def __init__(self, places: Array, width: Array, values: Array, pairs: Array) -> None:
         one, other = pairs
         self._places, self._width = places, width
         offset = (places[other] - places[one]) / width[one, None]
         basis = np.column_stack([np.ones(len(one)), offset])
         weight = 1 / (1 + np.sum(offset**2, axis=1))
 
-        def summed(terms):
+        def summed(terms: Array) -> Array:
             return np.bincount(one, weight * terms, minlength=len(places))
         values = values.astype(float)
         moments = np.array([[summed(a * b) for b in basis.T] for a in basis.T]).transpose(2, 0, 1)
@@ -41,14 +46,14 @@ class Smooth:
         self._around = np.full((len(places), count.max(initial=1)), -1)
         self._around[one[order], np.arange(len(one)) - np.repeat(np.cumsum(count) - count, count)] = other[order]
 
-    def at(self, points, owners):
+    def at(self, points: Array, owners: Array) -> tuple[Array, Array]:
         """Values at points around particles, (m, k, 2) around m of them, as these see them, and the same within those of the neighbours;
         each of shape (m, k, c)."""
         parts = [self._at(points[k:k + AT_ONCE], owners[k:k + AT_ONCE]) for k in range(0, len(owners), AT_ONCE)]
         found = np.concatenate(parts) if parts else np.zeros((*points.shape[:2], self._low.shape[1]))
         return found, np.clip(found, self._low[owners, None], self._high[owners, None])
 
-    def _at(self, points, owners):
+    def _at(self, points: Array, owners: Array) -> Array:
         around = self._around[owners]
         offset = (points[:, :, None] - self._places[around][:, None]) / self._width[around][:, None, :, None]
         weight = np.exp(-np.sum(offset**2, axis=3) / SHARP) * (around >= 0)[:, None]
@@ -57,7 +62,7 @@ class Smooth:
         return np.einsum("mkdb,mdbc->mkc", terms, self._fit[around])
 
 
-def pairs_of(places, width, body, segments, divided):
+def pairs_of(places: Array, width: Array, body: Array, segments: Array, divided: Array) -> Array:
     """Particles and their neighbours, themselves among them, each pair in both orders: of one body, near, and not on two sides of a
     segment, which is looked for where one is `divided`. Shape (2, p)."""
     own = np.arange(len(places))
@@ -72,7 +77,7 @@ def pairs_of(places, width, body, segments, divided):
     return np.array([[*own, *one, *other], [*own, *other, *one]])
 
 
-def beside_each_other(places):
+def beside_each_other(places: Array) -> Any:
     """Those that share a side of a triangle, or are at the ends of two that share one: all eight around one of a square lattice."""
     try:
         mesh = Triangulation(*(places - places.mean(axis=0)).T)

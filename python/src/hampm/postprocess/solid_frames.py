@@ -4,13 +4,21 @@ Each particle is the cube of which it is the middle where the material is undefo
 particles around them say, on their side of a crack, each by its displacement and its deformation gradient; so surfaces are closed, and cracks open.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-from matplotlib.path import Path
+from matplotlib.path import Path as Outline
 
-from .frames import Frames
+from ..arrays import Array
 from ..errors import ResultError
+from ..snapshots import Block
+from ..stored_model import StoredModel
+from .frames import Frames, Leaves
 from .plot_front import front_of
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]])
@@ -26,22 +34,22 @@ class SolidFrames(Frames):
 
     is_for_solids = True
 
-    def __init__(self, path):
+    def __init__(self, path: str | Path) -> None:
         super().__init__(path)
         self.cubes = lru_cache(KEPT)(self._cubes)
 
-    def crack_plane(self, tip=1, number=0):
+    def crack_plane(self, tip: int = 1, number: int = 0) -> None:
         """None: what a crack has in a solid is a front."""
         return None
 
-    def fronts(self, number, ligament=None):
+    def fronts(self, number: int, ligament: str | None = None) -> list[Array]:
         """The fronts of cracks at the time of a snapshot, nodes (n, 3) [m] of each: those that are measured, or the edge of a constraint."""
         if ligament:
             front = front_of(self.scene, ligament)
             return [front.origin + np.outer(np.linspace(0, front.length, PIECES + 1), np.eye(3)[front.axes[2]])]
         return self._measured_fronts(number) or [line for crack in cracks_of(self.scene) for line in crack.fronts(*self.scene.bodies())]
 
-    def _measured_fronts(self, number):
+    def _measured_fronts(self, number: int) -> list[Array]:
         """Nodes of the fronts at which these were measured in a snapshot."""
         if "fronts" not in self.blocks:
             return []
@@ -51,11 +59,11 @@ class SolidFrames(Frames):
         is_closed = [np.count_nonzero(of[block.cells[:, 0]] == of[part[0]]) == len(part) for part in parts]
         return [block.points[[*part, *part[:1]] if closed else part] for part, closed in zip(parts, is_closed)]
 
-    def _cubes(self, number):
+    def _cubes(self, number: int) -> Cubes:
         """The cubes of the particles of a snapshot."""
         return cubes_of_particles(self, self.block("particles", number), self.leaves(number))
 
-    def cells(self, number):
+    def cells(self, number: int) -> tuple[Cubes, Leaves, Array]:
         """The cubes of the cells that hold material, with the numbers of these among `leaves`."""
         leaves = self.leaves(number)
         holds = np.flatnonzero(leaves.particles > 0)
@@ -73,8 +81,8 @@ class Crack:
     outline     corners of what is cracked in the plane, by the other axes in cyclic order [m] (n, 2); a half plane is cracked far from the bodies too
     """
 
-    def __init__(self, scene, number):
-        def numbers(key, count=None):
+    def __init__(self, scene: StoredModel, number: int) -> None:
+        def numbers(key: str, count: int | None = None) -> Array:
             return np.array(scene.numbers("crack", key, number, count))
         self.is_inside = scene.text("crack", "kind", number) == "plane"
         self.axis = max(0, "xyz".find(scene.text("crack", "normal", number) or "z"))
@@ -98,11 +106,11 @@ class Crack:
         aside = reach * np.array([-ahead[1], ahead[0]])
         self.outline = np.array([middle - aside, middle + aside, middle + aside - reach * ahead, middle - aside - reach * ahead])
 
-    def holds(self, places):
+    def holds(self, places: Array) -> Array:
         """Whether the material at places in the plane (n, 3) is cracked; at the edge it is not."""
-        return Path(self.outline).contains_points(places[:, self.along], radius=0)
+        return Outline(self.outline).contains_points(places[:, self.along], radius=0)
 
-    def fronts(self, lower, upper):
+    def fronts(self, lower: Array, upper: Array) -> list[Array]:
         """The parts of its edge that are inside of bodies with these corners, nodes (n, 3) of each [m]."""
         corners = np.concatenate([self.outline, self.outline[:1]])
         pieces = 1 if self.is_curve else 8 * AROUND_FRONT
@@ -119,7 +127,7 @@ class Crack:
         return [nodes[first:last + 1] for first, last in ends.reshape(-1, 2)]
 
 
-def cracks_of(scene):
+def cracks_of(scene: StoredModel) -> list[Crack]:
     """The cracks of a solid."""
     return [Crack(scene, number) for number in range(1, scene.count("crack") + 1)]
 
@@ -133,27 +141,27 @@ class Cubes:
     cracks          those inside of the material, across which cubes do not cover each other
     """
 
-    def __init__(self, corner, size, origin, unit, part=None, cracks=()):
+    def __init__(self, corner: Array, size: Array, origin: Array, unit: float, part: Any = None, cracks: Sequence[Crack] = ()) -> None:
         self.cracks = cracks
         self.corner, self.size, self.origin, self.unit = corner, size, origin, unit
         self.part = np.zeros(len(size), dtype=int) if part is None else part
         self._shape = (self.part.max(initial=0) + 1, *(corner.max(axis=0) + size.max() + 2))
         self._known = {int(width): np.unique(self._keys(corner[size == width], self.part[size == width])) for width in np.unique(size)}
 
-    def _keys(self, places, part):
+    def _keys(self, places: Array, part: Any) -> Array:
         """Numbers of places of the lattice, which are told apart by what they belong to; -1 outside of it."""
         inside = np.all((places >= 0) & (places < self._shape[1:]), axis=-1)
         found = np.ravel_multi_index((part, *np.moveaxis(np.where(inside[..., None], places, 0), -1, 0)), self._shape)
         return np.where(inside, found, -1)
 
-    def hold(self, points, part):
+    def hold(self, points: Array, part: Any) -> Array:
         """Whether points, in cells of the lattice, are in some cube of a part."""
         found = np.zeros(len(points), dtype=bool)
         for width, known in self._known.items():
             found |= is_among(self._keys(np.floor(points / width).astype(int) * width, part), known)
         return found
 
-    def exposed(self):
+    def exposed(self) -> list[Array]:
         """The sides that nothing covers: numbers of their cubes, the axes normal to them, and 0 or 1 for the lower or the upper one."""
         found = []
         for axis in range(3):
@@ -180,21 +188,21 @@ class Cubes:
                 found.append((rest, np.full(len(rest), axis), np.full(len(rest), side)))
         return [np.concatenate(parts) for parts in zip(*found)]
 
-    def _are_in(self, crack, corners):
+    def _are_in(self, crack: Crack, corners: Array) -> Array:
         """Whether corners, in cells of the lattice, are in the faces of a crack."""
         places = self.places(corners)
         found = np.abs(places[:, crack.axis] - crack.at) < self.unit / 4
         found[found] = crack.holds(places[found])
         return found
 
-    def _side(self, corners, number):
+    def _side(self, corners: Array, number: Array) -> Array:
         """1 for corners (n, 3) in the faces of a crack of cubes above it, by their numbers, else 0."""
         found = np.zeros(len(corners), dtype=int)
         for crack in self.cracks:
             found[self._are_in(crack, corners) & (self.places(self.corner[number] + self.size[number, None] / 2)[:, crack.axis] > crack.at)] = 1
         return found
 
-    def sides(self, number, axis, side):
+    def sides(self, number: Array, axis: Array, side: Array) -> Array:
         """Corners of sides in cells of the lattice, shape (n, 4, 3); seen from outside they are in one order."""
         corners = np.empty((len(number), 4, 3), dtype=int)
         for d in range(3):
@@ -208,11 +216,11 @@ class Cubes:
         corners[side == 0] = corners[side == 0, ::-1]
         return corners
 
-    def places(self, corners):
+    def places(self, corners: Array) -> Array:
         """Where corners are [m]."""
         return self.origin + self.unit * corners
 
-    def moved(self, corners, number, displacement, gradient):
+    def moved(self, corners: Array, number: Array, displacement: Array, gradient: Array) -> Array:
         """The displacements of corners (n, k, 3) of cubes (n): means of those that the cubes around them say by their own, (m, 3), and by
         their gradients, (m, 3, 3) [m]."""
         number = np.repeat(number, corners.shape[1])
@@ -231,7 +239,7 @@ class Cubes:
             total += np.stack([np.bincount(place[chosen], column, minlength=len(known)) for column in said.T], axis=1)
         return (total / np.maximum(number, 1)[:, None])[where.reshape(-1)].reshape(corners.shape)
 
-    def cut(self, axis, at):
+    def cut(self, axis: int, at: float) -> Array:
         """Numbers of the cubes that a plane across an axis cuts [m]; of two that meet in it the lower one."""
         place = (at - self.origin[axis]) / self.unit
         near = 1e-6 * self.size
@@ -240,12 +248,12 @@ class Cubes:
         return np.flatnonzero(found if found.any() else np.abs(low - place) <= near)
 
 
-def is_among(keys, known):
+def is_among(keys: Array, known: Array) -> Array:
     """Which keys are among those that are known, in ascending order."""
     return known[np.minimum(np.searchsorted(known, keys), len(known) - 1)] == keys
 
 
-def on_lattice(places, origin, half, depth):
+def on_lattice(places: Array, origin: Array, half: float, depth: int) -> tuple[Array, ...]:
     """Places in halves of the width of cubes, odd numbers near them, the powers of two in these, and whether they are the middles of cubes."""
     at = (places - origin) / half
     odd = np.rint(at).astype(int)
@@ -253,7 +261,7 @@ def on_lattice(places, origin, half, depth):
     return origin, at, odd, power, np.all(np.abs(at - odd) < OFF, axis=1) & np.all((odd // power[:, None]) % 2 == 1, axis=1)
 
 
-def cubes_of_particles(result, particles, leaves):
+def cubes_of_particles(result: SolidFrames, particles: Block, leaves: Leaves) -> Cubes:
     """The cubes of particles where they are undeformed. A place in the middle of a cube is an odd number of halves of its width from where
     its body begins, or the grid; others have the cube of the lattice of their cells in which they are."""
     scene, body = result.scene, particles.point_fields["body"].astype(int) - 1

@@ -4,20 +4,30 @@ The surface is made of the sides of particles that no other covers, drawn from b
 makes a model of one half, `--mirror` adds the image in its plane. Lengths are in mm, in the coordinates of the scene.
 """
 
+from __future__ import annotations
+
 import argparse
 import re
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import ScaledTranslation
 
+from ..arrays import Array
 from ..errors import ResultError
-from .particle_pictures import Survey, colours, time_words
+from .particle_fields import ParticleField
+from .particle_pictures import Colours, Survey, colours, time_words
 from .pictures import COLOURS, MM, verbatim
-from .solid_frames import CORNERS
+from .solid_frames import CORNERS, Cubes, SolidFrames
 
 NAMES = "xyz"
 LAMP = np.array([0.35, 0.8, 0.5])       # where it is: to the right, above and towards the viewer
@@ -28,10 +38,10 @@ NEAREST = 8                             # particles whose mean displacement is t
 ARROW, MARGIN, CORNER = 24, 8, 0.2      # length of the arrows of the axes, how far they are from the edges [points], and the part of the picture they take
 HALO = [withStroke(linewidth=3.2, foreground="white")]
 OF_PLANES = {"window": None, "axes": None, "tip": 1, "squares": None}   # options of pictures of planes, and what they are where not given
-OF_SOLIDS = {"slice": None, "view": None, "up": None, "mirror": [], "ligament": None, "pyvista": False}
+OF_SOLIDS: dict[str, Any] = {"slice": None, "view": None, "up": None, "mirror": [], "ligament": None, "pyvista": False}
 
 
-def add_solid_options(parser):
+def add_solid_options(parser: ArgumentParser) -> None:
     """Options of pictures of solids."""
     parser.add_argument("--slice", type=plane, metavar="AXIS=M", help="of a solid: what a plane across an axis cuts, such as y=0.005 (default: its surface)")
     parser.add_argument("--view", type=angles, metavar="AZIMUTH,ELEVATION",
@@ -42,16 +52,16 @@ def add_solid_options(parser):
     parser.add_argument("--ligament", metavar="NAME", help="of a solid: draw the edge of this &constraint as the front of the crack beside it")
 
 
-def plane(text):
+def plane(text: str) -> tuple[int, float]:
     """An axis and a place on it [m]."""
-    found = re.fullmatch(r"([xyz])=(.+)", text)
+    found: Any = re.fullmatch(r"([xyz])=(.+)", text)
     try:
         return NAMES.index(found[1]), float(found[2])
     except (TypeError, ValueError):
         raise argparse.ArgumentTypeError(f"{text} is no plane across an axis, such as y=0.005") from None
 
 
-def angles(text):
+def angles(text: str) -> tuple[float, float]:
     try:
         azimuth, elevation = map(float, text.split(","))
         return azimuth, elevation
@@ -59,7 +69,7 @@ def angles(text):
         raise argparse.ArgumentTypeError(f"{text} is not two angles, such as -50,28") from None
 
 
-def check_options(results, options):
+def check_options(results: Sequence[Any], options: Namespace) -> bool:
     """Refuse options that are those of other models. Returns whether the results are of solids."""
     kinds = {result.is_for_solids for result in results}
     if len(kinds) > 1:
@@ -74,7 +84,7 @@ def check_options(results, options):
 class View:
     """How places in space become places in a picture: along its axes and towards the viewer, (3, 3)."""
 
-    def __init__(self, options):
+    def __init__(self, options: Namespace) -> None:
         self.slice, self.mirrors, self.ligament = options.slice, options.mirror, options.ligament
         if self.slice:
             self.axes = [d for d in range(3) if d != self.slice[0]]
@@ -88,11 +98,11 @@ class View:
         right = np.cos(azimuth) * y - np.sin(azimuth) * x
         self.turn = np.array([right, np.cross(towards, right), towards])
 
-    def of(self, points):
+    def of(self, points: Array) -> Array:
         """Places in the picture, and how near they are."""
         return points @ self.turn.T
 
-    def whole(self, polygons, values, is_odd):
+    def whole(self, polygons: Array, values: Array, is_odd: Callable[[int], bool]) -> tuple[Array, Array]:
         """Polygons (n, k, 3) with values and their images. `is_odd` tells for an axis whether an image has the other sign."""
         for axis, place in self.mirrors:
             images = polygons[:, ::-1].copy()
@@ -101,7 +111,7 @@ class View:
         return polygons, values
 
 
-def particle_polygons(result, field, number, view, scale):
+def particle_polygons(result: SolidFrames, field: ParticleField, number: int, view: View, scale: float) -> tuple[Array, Array]:
     """The polygons of a snapshot [m], and their values."""
     cubes, particles = result.cubes(number), result.block("particles", number)
     displacement = particles.point_fields["displacement"][:, :3]
@@ -112,7 +122,7 @@ def particle_polygons(result, field, number, view, scale):
     return view.whole(part(cubes.places(corners) + scale * moved), values[chosen], field.is_odd_across)
 
 
-def polygons_of(cubes, view):
+def polygons_of(cubes: Cubes, view: View) -> tuple[Array, Array, Callable[[Array], Array]]:
     """Numbers of the cubes that are drawn, their corners, and what makes polygons of these: sides, or cuts by a plane."""
     if view.slice is None:
         chosen, axis, side = cubes.exposed()
@@ -125,13 +135,13 @@ def polygons_of(cubes, view):
     corners = cubes.corner[chosen, None] + CORNERS * cubes.size[chosen, None, None]
     weight = np.clip(((at - cubes.origin[axis]) / cubes.unit - cubes.corner[chosen, axis]) / cubes.size[chosen], 0, 1)[:, None, None]
 
-    def part(places):
+    def part(places: Array) -> Array:
         low, high = (places[:, [k for k in range(8) if CORNERS[k, axis] == side]] for side in (0, 1))
         return ((1 - weight) * low + weight * high)[:, [0, 1, 3, 2]]
     return chosen, corners, part
 
 
-def draw_mesh(results, options, panels):
+def draw_mesh(results: Sequence[Any], options: Namespace, panels: Callable[..., Any]) -> Figure:
     """The figure of the cells that hold material, coloured by how often they have been divided: their surface, or a slice."""
     view, shown = View(options), []
     for result in results:
@@ -158,12 +168,12 @@ def draw_mesh(results, options, panels):
     return figure
 
 
-def slice_words(view, words):
+def slice_words(view: View, words: str) -> str:
     """What is shown when, in words."""
     return words if view.slice is None else f"{words}, ${NAMES[view.slice[0]]}$ = {view.slice[1] * MM:g} mm"
 
 
-def survey(result, field, numbers, options, scale=1.0):
+def survey(result: SolidFrames, field: ParticleField, numbers: Iterable[int], options: Namespace, scale: float = 1.0) -> Survey:
     """What some snapshots show, with displacements enlarged."""
     view, moved, values, corners = View(options), 0.0, [], []
     for number in numbers:
@@ -179,13 +189,13 @@ def survey(result, field, numbers, options, scale=1.0):
 class Canvas:
     """Axes with the surface or a slice of one result, which `show` draws."""
 
-    def __init__(self, axes, result, field, scale, shades, options):
+    def __init__(self, axes: Axes, result: SolidFrames, field: ParticleField, scale: float, shades: Colours, options: Namespace) -> None:
         self.axes, self.result, self.field, self.scale, self.shades = axes, result, field, scale, shades
         self.view, self.mesh = View(options), options.mesh
         self.colours = ScalarMappable(shades.norm, shades.map)
         prepare(axes, self.view)
 
-    def show(self, number):
+    def show(self, number: int) -> str:
         """Draw a snapshot. Returns what it shows, in words."""
         for drawn in [*self.axes.collections, *self.axes.lines]:
             drawn.remove()
@@ -193,13 +203,14 @@ class Canvas:
         draw_polygons(self.axes, self.view, polygons, self.colours.to_rgba(self.shades.factor * values))
         if self.mesh and self.view.slice:
             cells = cell_polygons(self.result, number, self.view)[0]
-            self.axes.add_collection(PolyCollection(self.view.of(cells)[..., :2] * MM, facecolors="none", edgecolors=(0, 0, 0, 0.3), linewidths=0.5))
+            seen: Any = self.view.of(cells)[..., :2] * MM
+            self.axes.add_collection(PolyCollection(seen, facecolors="none", edgecolors=(0, 0, 0, 0.3), linewidths=0.5))
         draw_fronts(self.axes, self.result, number, self.view, self.scale)
         words, factor = slice_words(self.view, time_words(self.result, number)), f"{self.scale:,g}".replace(",", "\u2009")
         return words if self.scale == 1 else f"{words}, displacements × {factor}"
 
 
-def prepare(axes, view):
+def prepare(axes: Axes, view: View) -> None:
     """The coordinates of a slice, or arrows for those of space."""
     axes.set_aspect("equal")
     axes.grid(False)
@@ -209,7 +220,7 @@ def prepare(axes, view):
     axes.set_axis_off()
 
 
-def draw_axes(axes, view, places):
+def draw_axes(axes: Axes, view: View, places: Array) -> None:
     """Arrows along the axes of space, in the corner of a picture that has the least of these places in it."""
     part = (places - places.min(axis=0)) / np.ptp(places, axis=0)
     corner = min(np.array([[0, 0], [1, 0], [0, 1], [1, 1]]), key=lambda corner: np.count_nonzero(np.all(np.abs(part - corner) < CORNER, axis=1)))
@@ -217,17 +228,17 @@ def draw_axes(axes, view, places):
     low, high = np.minimum(0, ends.min(axis=0)), np.maximum(0, ends.max(axis=0))
     start = np.where(corner, -MARGIN - high, MARGIN - low)
 
-    def at(place):
-        return axes.transAxes + ScaledTranslation(*place / 72, axes.figure.dpi_scale_trans)
+    def at(place: Array) -> Any:
+        return axes.transAxes + ScaledTranslation(place[0] / 72, place[1] / 72, axes.figure.dpi_scale_trans)
     for name, end in zip(NAMES, ends):
         axes.annotate("", xy=corner, xytext=corner, xycoords=at(start + end), textcoords=at(start),
                       arrowprops={"arrowstyle": "->", "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0})
-        axes.text(*corner, f"${name}$", transform=at(start + 1.3 * end), ha="center", va="center", fontsize=9)
+        axes.text(corner[0], corner[1], f"${name}$", transform=at(start + 1.3 * end), ha="center", va="center", fontsize=9)
 
 
-def draw_polygons(axes, view, polygons, colours, **edges):
+def draw_polygons(axes: Axes, view: View, polygons: Array, colours: Array, **edges: Any) -> Any:
     """Polygons that are seen, from back to front; on a surface those turned from the lamp are darker."""
-    seen = view.of(polygons)
+    seen: Any = view.of(polygons)
     if view.slice is None:
         normal = np.cross(seen[:, 2] - seen[:, 0], seen[:, 3] - seen[:, 1])
         normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
@@ -238,18 +249,18 @@ def draw_polygons(axes, view, polygons, colours, **edges):
         seen = seen[order]
         if not axes.texts:
             draw_axes(axes, view, seen[..., :2].reshape(-1, 2))
-    look = {"edgecolors": colours, "linewidths": 0.3} | edges
+    look: dict[str, Any] = {"edgecolors": colours, "linewidths": 0.3} | edges
     return axes.add_collection(PolyCollection(seen[..., :2] * MM, facecolors=colours, **look))
 
 
-def cell_polygons(result, number, view):
+def cell_polygons(result: SolidFrames, number: int, view: View) -> tuple[Array, Array]:
     """The sides of the cells that hold material, or their cuts [m], and the levels of these."""
     cubes, leaves, holds = result.cells(number)
     chosen, corners, part = polygons_of(cubes, view)
     return view.whole(part(cubes.places(corners)), leaves.level[holds][chosen], lambda axis: False)
 
 
-def front_lines(result, number, view, scale):
+def front_lines(result: SolidFrames, number: int, view: View, scale: float) -> Iterator[Array]:
     """The fronts of cracks as lines (n, 3) with their images [m], which move with the particles nearest to each of their nodes."""
     for front in result.fronts(number, view.ligament):
         if scale:
@@ -261,7 +272,7 @@ def front_lines(result, number, view, scale):
         yield from np.split(nodes[:, 0], 2 ** len(view.mirrors))
 
 
-def draw_fronts(axes, result, number, view, scale):
+def draw_fronts(axes: Axes, result: SolidFrames, number: int, view: View, scale: float) -> None:
     """The fronts of cracks as lines, or where a slice meets them."""
     for line in front_lines(result, number, view, scale):
         drawn = view.of(line) * MM
@@ -275,7 +286,7 @@ def draw_fronts(axes, result, number, view, scale):
                   path_effects=HALO)
 
 
-def write_with_pyvista(result, field, number, options, output):
+def write_with_pyvista(result: SolidFrames, field: ParticleField, number: int, options: Namespace, output: Path) -> None:
     """The picture of a snapshot by PyVista, which hides what is behind exactly, in place of one by matplotlib."""
     try:
         import pyvista

@@ -12,24 +12,28 @@ case, and the figure STUDY.png of error over processor time and particles with t
 names by --output. Given a table.csv in the place of a sweep, that is taken.
 """
 
+from __future__ import annotations
+
 import csv
 import math
 import sys
+from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from textwrap import indent
+from typing import Any
 
-from . import plot_work_precision
 from ..errors import UNREADABLE, ResultError
-from .pareto import number
-
 from ..extrapolation import observed, richardson
 from ..scripts import Parser
 from ..tables import Table
+from . import plot_work_precision
+from .pareto import number
 
 OWN = ("case", "outcome", "message", "starts")
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     options = parse(arguments)
     table = options.sweep if options.sweep.suffix == ".csv" else collected(options.sweep)
     rows = read_table(table, options)
@@ -43,7 +47,7 @@ def main(arguments=None):
         plot_work_precision.main([str(path), "--output", str(stem.with_name(stem.name + ".png")), *(["--title", options.title] if options.title else [])])
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = Parser(__doc__)
     parser.add_argument("sweep", metavar="SWEEP.yaml", type=Path, help="a sweep that has been run, or table.csv of one")
     parser.add_argument("--error", required=True, metavar="COLUMN", help="column of the table whose error is asked for")
@@ -57,7 +61,7 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def collected(path):
+def collected(path: Path) -> Path:
     """The table of a sweep as it is now."""
     from ..batch.declaration import read_sweep
     from ..batch.table import collect, report
@@ -66,7 +70,7 @@ def collected(path):
     return sweep.output / "table.csv"
 
 
-def read_table(path, options):
+def read_table(path: Path, options: Namespace) -> list[dict[str, Any]]:
     """Rows of the cases that are done; those that are not are counted."""
     rows = plot_work_precision.read_rows(path, [options.error, options.by, *([] if is_word(options.reference) else [options.reference])])
     good = [row for row in rows if math.isfinite(number(row, options.error))]
@@ -79,25 +83,25 @@ def read_table(path, options):
     return good
 
 
-def is_word(text):
+def is_word(text: str) -> bool:
     """Whether --reference is a number or asks for the extrapolated value."""
     return text == "extrapolated" or math.isfinite(number({"": text}, ""))
 
 
-def settings(rows):
+def settings(rows: Sequence[dict[str, Any]]) -> list[str]:
     """Columns that are settings of a sweep: keys and own names."""
     return [name for name in rows[0] if "." in name or name.startswith("$")]
 
 
-def grouped(rows, options):
+def grouped(rows: Sequence[dict[str, Any]], options: Namespace) -> dict[str, list[dict[str, Any]]]:
     """Label -> its cases from coarse to fine. What follows from --by, and from what is a reason for another group already, is none."""
-    by, apart = options.by, []
+    by, apart = options.by, list[str]()
     for name in settings(rows):
         if name != by and len({row[name] for row in rows}) > 1 and not follows(rows, name, (by, *apart)):
             apart.append(name)
     last = [name.lstrip("$").rpartition(".")[2] for name in apart]
     words = {name: word if last.count(word) == 1 else name for name, word in zip(apart, last)}
-    groups = {}
+    groups: dict[str, list[dict[str, Any]]] = {}
     for row in rows:
         groups.setdefault(" ".join(f"{word}={row[name]}" for name, word in words.items()) or "all cases", []).append(row)
     for label, group in groups.items():
@@ -108,12 +112,12 @@ def grouped(rows, options):
     return groups
 
 
-def follows(rows, name, others):
+def follows(rows: Sequence[dict[str, Any]], name: str, others: Sequence[str]) -> bool:
     """Whether a column has one value for each combination of others."""
     return len({tuple(row[other] for other in (*others, name)) for row in rows}) == len({tuple(row[other] for other in others) for row in rows})
 
 
-def is_inverse(rows, options):
+def is_inverse(rows: Sequence[dict[str, Any]], options: Namespace) -> bool:
     """Whether larger values of --by are finer: as is said, or where the case of the largest value has more particles than that of the least."""
     if options.inverse or options.direct:
         return options.inverse
@@ -122,11 +126,11 @@ def is_inverse(rows, options):
     return ends[1] > ends[0]
 
 
-def size(row, by, inverse):
+def size(row: dict[str, Any], by: str, inverse: bool) -> float:
     return 1 / number(row, by) if inverse else number(row, by)
 
 
-def study(label, group, options):
+def study(label: str, group: Sequence[dict[str, Any]], options: Namespace) -> list[dict[str, Any]]:
     """Print the study of a group; its rows for the table that is written."""
     inverse = is_inverse(group, options)
     sizes = [size(row, options.by, inverse) for row in group]
@@ -148,7 +152,7 @@ def study(label, group, options):
             for row, value, exact, error, p in zip(group, values, references, errors, orders)]
 
 
-def reference(row, limit, options):
+def reference(row: dict[str, Any], limit: float, options: Namespace) -> float:
     """What the value of a case is held to; not a number where it is not known."""
     if options.reference == "extrapolated":
         return limit
@@ -156,7 +160,7 @@ def reference(row, limit, options):
     return value if math.isfinite(value) else number(row, options.reference)
 
 
-def extrapolation(order, limit, exact, options):
+def extrapolation(order: float, limit: float, exact: float, options: Namespace) -> str:
     """What the last three cases say, in words."""
     if not math.isfinite(limit):
         return "no order without a reference: three cases are needed whose values tend to one"
@@ -166,11 +170,11 @@ def extrapolation(order, limit, exact, options):
     return words
 
 
-def shown(value, form, none="-"):
+def shown(value: float, form: str, none: str = "-") -> str:
     return f"{value:{form}}" if math.isfinite(value) else none
 
 
-def write(path, rows):
+def write(path: Path, rows: Sequence[dict[str, Any]]) -> None:
     try:
         with open(path, "w", newline="") as file:
             table = csv.DictWriter(file, list(rows[0]))

@@ -5,16 +5,20 @@ given over G_ref where all files have one, else in their unit. With --converged 
 estimated error where the files hold that, in the unit of the value. A run that is not at rest is named where G, J or K are asked for.
 """
 
+from __future__ import annotations
+
 import argparse
 import csv
 import sys
+from argparse import Namespace
+from collections.abc import Sequence
 
 from ..errors import USAGE, ResultError
 from ..history import History, error_name, is_rate, matches
 from ..scripts import Parser, add_strict, tell, tell_of_motion
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> int:
     options = parse(arguments)
     histories = [History(path) for path in options.files]
     names = [name for name in dict.fromkeys(name for history in histories for name in history.columns)
@@ -38,7 +42,7 @@ def main(arguments=None):
     return tell_of_motion(histories if any(is_of_crack(name) for name in names) else [], options.strict)
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = Parser(__doc__)
     parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file of hampm")
     parser.add_argument("--column", action="append", metavar="NAME", help="column of the history, * and ? allowed; may be "
@@ -53,19 +57,19 @@ def parse(arguments):
     return options
 
 
-def fraction(text):
+def fraction(text: str) -> float:
     value = float(text)
     if not 0 < value <= 1:
         raise argparse.ArgumentTypeError("must be in (0, 1]")
     return value
 
 
-def is_of_crack(name):
+def is_of_crack(name: str) -> bool:
     """Whether a column has a static value of its own: a G, J or K."""
     return is_rate(name) or name.startswith("K_")
 
 
-def is_ratio(histories, names, options):
+def is_ratio(histories: Sequence[History], names: Sequence[str], options: Namespace) -> bool:
     """Whether energy release rates are given over G_ref: where all files that have one of them have it. A column has one unit."""
     with_rates = [history for history in histories if any(is_rate(name) and name in history.columns for name in names)]
     without = [history for history in with_rates if "G_ref" not in history.attributes]
@@ -76,18 +80,18 @@ def is_ratio(histories, names, options):
     return not without
 
 
-def unit_words(histories, name, is_uncertain, rates_are_ratios, options):
+def unit_words(histories: Sequence[History], name: str, is_uncertain: bool, rates_are_ratios: bool, options: Namespace) -> list[str]:
     """The units of the columns of a name."""
     unit = next(history.units[name] for history in histories if name in history.columns)
     found = [f"[{'1' if is_rate(name) and rates_are_ratios else unit}]"]
     return [*found, *[""] * (len(headings(name, False, options)) - 1), *found * is_uncertain]
 
 
-def headings(name, is_uncertain, options):
+def headings(name: str, is_uncertain: bool, options: Namespace) -> list[str]:
     return [name, *["[%]"] * bool(options.converged and is_rate(name)), *[error_name(name)] * is_uncertain]
 
 
-def words(history, name, is_uncertain, rates_are_ratios, options):
+def words(history: History, name: str, is_uncertain: bool, rates_are_ratios: bool, options: Namespace) -> list[str]:
     """The value of a column as text, its difference from the converged one where that is asked for, and its error."""
     if name not in history.columns:
         return ["-"] * len(headings(name, is_uncertain, options))

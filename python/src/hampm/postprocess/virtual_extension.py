@@ -19,17 +19,23 @@ Exit code: 0 done; 2 the case is not one for this; 3 the body is not at rest; 4 
 the run that failed.
 """
 
+from __future__ import annotations
+
 import argparse
 import csv
 import subprocess
 import sys
 import tempfile
+from argparse import Namespace
 from collections import namedtuple
-from contextlib import nullcontext
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from ..arrays import Array
 from ..errors import UNREADABLE, USAGE, ResultError
 from ..history import History
 from ..program import program_of_scripts
@@ -46,7 +52,7 @@ Rate = namedtuple("Rate", "name value unrest")
 Rate.__doc__ = "What an energy release rate is called, its value, and what this may be off rest [J/m2]."
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> None:
     options = parse(arguments)
     with open_folder(options.keep) as folder:
         runner = Runner(options, folder)
@@ -64,7 +70,7 @@ def main(arguments=None):
     write(samples, rates, histories["middle"].attributes.get("G_ref"))
 
 
-def parse(arguments):
+def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = Parser(__doc__)
     parser.add_argument("case", metavar="CASE.nml", help="a case that is at rest when it ends: damp it, load it constantly")
     parser.add_argument("--cells", type=whole, default=1, metavar="N",
@@ -81,14 +87,14 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def whole(text):
+def whole(text: str) -> int:
     value = int(text)
     if value < 1:
         raise argparse.ArgumentTypeError(f"{text} is not a whole number above 0")
     return value
 
 
-def open_folder(keep):
+def open_folder(keep: Path | None) -> AbstractContextManager[Any]:
     """Where the result files go, as a context: a folder that stays, or one that goes with them."""
     return nullcontext(keep) if keep else tempfile.TemporaryDirectory()
 
@@ -96,15 +102,15 @@ def open_folder(keep):
 class Runner:
     """Runs the case with settings that take the place of those in its file."""
 
-    def __init__(self, options, folder):
+    def __init__(self, options: Namespace, folder: str | Path) -> None:
         self.case, self.settings, self.verbose = options.case, options.settings, options.verbose
         self.program, self.folder = options.hampm.resolve(), Path(folder)
 
-    def scene(self):
+    def scene(self) -> StoredModel:
         """The case as the program understands it: all keys with the values in force."""
         return StoredModel(self._call([], "--check").stdout, self.case)
 
-    def history(self, name, settings):
+    def history(self, name: str, settings: Sequence[str]) -> History:
         """Run the case into NAME.h5; its history. What the run warns of is passed on."""
         if self.verbose:
             print(f"{name}: {' '.join(settings) or 'as it is'}", file=sys.stderr)
@@ -113,7 +119,7 @@ class Runner:
             print(f"{name}: {process.stderr.rstrip()}", file=sys.stderr)
         return History(self.folder / f"{name}.h5")
 
-    def _call(self, settings, *arguments):
+    def _call(self, settings: Sequence[str], *arguments: str | Path) -> subprocess.CompletedProcess[str]:
         words = [word for setting in [*self.settings, *settings] for word in ("--set", setting)]
         try:
             process = subprocess.run([self.program, self.case, *arguments, *words], capture_output=True, text=True)
@@ -126,7 +132,7 @@ class Runner:
         return process
 
 
-def check_scene(scene, case):
+def check_scene(scene: StoredModel, case: str) -> None:
     """The case has a crack, and is one in which G is the change of the strain energy."""
     if not scene.count("crack"):
         raise ResultError(f"{case}: has no group &crack, so there is no tip to move")
@@ -140,7 +146,7 @@ def check_scene(scene, case):
                               "the strain energy")
 
 
-def moved(scene, cells):
+def moved(scene: StoredModel, cells: int) -> list[str]:
     """Settings that move the crack tip by some root cells in its direction, and nothing else of the crack."""
     if cells == 0:
         return []
@@ -153,13 +159,13 @@ def moved(scene, cells):
     return settings
 
 
-def shift_of(scene, cells):
+def shift_of(scene: StoredModel, cells: int) -> Array:
     """So many root cells in the direction of the crack [m]."""
     direction = np.array(scene.numbers("crack", "direction"))
     return cells * scene.cell() * direction / np.hypot(*direction)
 
 
-def moved_constraints(scene, tip, shift):
+def moved_constraints(scene: StoredModel, tip: Array, shift: Array) -> list[str]:
     """Settings that move the edge, at the tip, of each box that holds the nodes from the tip on. The edge is between the
     tip and the node behind it, which is free."""
     direction = np.array(scene.numbers("crack", "direction"))
@@ -175,18 +181,18 @@ def moved_constraints(scene, tip, shift):
     return settings
 
 
-def holds(scene, n, point, component):
+def holds(scene: StoredModel, n: int, point: Array, component: str) -> bool:
     """Whether a constraint holds a component of a node at a point."""
     close = 1e-6 * scene.cell()
     lower, upper = (np.array(scene.numbers("constraint", key, n)) for key in ("lower", "upper"))
-    return component in scene.text("constraint", "fix", n) and np.all((lower - close <= point) & (point <= upper + close))
+    return component in scene.text("constraint", "fix", n) and bool(np.all((lower - close <= point) & (point <= upper + close)))
 
 
-def listed(values):
+def listed(values: Iterable[float]) -> str:
     return ",".join(repr(float(value)) for value in values)
 
 
-def sample_of(history, scene, cells):
+def sample_of(history: History, scene: StoredModel, cells: int) -> Sample:
     tip = np.array(scene.numbers("crack", "tip")) + shift_of(scene, cells)
     strain, kinetic, work = (history.columns[name] for name in ("strain_energy", "kinetic_energy", "external_work"))
     late = last_part(history)
@@ -200,18 +206,18 @@ def sample_of(history, scene, cells):
     return Sample(tip, energy[-1], max(signs))
 
 
-def last_part(history):
+def last_part(history: History) -> Array:
     """Which samples are of the part of the run in which the body must be at rest."""
     return history.times >= (1 - LAST_PART) * history.times[-1]
 
 
-def all_sudden(scene):
+def all_sudden(scene: StoredModel) -> bool:
     """Whether all loads have their full size from the beginning, so that their work is that over the displacement."""
     return all(scene.text("load", "history", n) == "step" and scene.numbers("load", "start", n)[0] <= 0
                for n in range(1, scene.count("load") + 1))
 
 
-def distance_energy(strain, work):
+def distance_energy(strain: float, work: float) -> float:
     """Least strain energy of the displacement d by which a linear body under loads F is off rest [J].
 
     By Clapeyron's theorem 2 U = W at rest; off it 2 U - W is F.d and higher powers of d, and by Schwarz's inequality
@@ -220,7 +226,7 @@ def distance_energy(strain, work):
     return (2 * strain - work) ** 2 / (4 * max(strain, np.finfo(float).tiny))
 
 
-def check_rest(samples, options):
+def check_rest(samples: Sequence[Sample], options: Namespace) -> None:
     """The energy grows with the crack, by much more than it is off rest."""
     first, last = samples
     if (off := off_rest(samples)) > options.rest:
@@ -232,19 +238,19 @@ def check_rest(samples, options):
         raise ResultError(f"{options.case}: the stored energy does not grow with the crack, so the loads do not open it", USAGE)
 
 
-def off_rest(samples):
+def off_rest(samples: Sequence[Sample]) -> float:
     """What two energies may be off rest, as part of their difference: so much may be wrong with G."""
     off, difference = sum(sample.unrest for sample in samples), abs(samples[1].energy - samples[0].energy)
     return 0.0 if off == 0 else off / difference if difference > 0 else np.inf
 
 
-def release_rate(samples, extension, scene):
+def release_rate(samples: Sequence[Sample], extension: float, scene: StoredModel) -> float:
     """G of the whole specimen [J/m2] from the energies at two crack lengths."""
     halves = 2 if scene.text("crack", "kind") == "symmetry" else 1
     return halves * (samples[1].energy - samples[0].energy) / (extension * scene.numbers("run", "thickness")[0])
 
 
-def estimates(history):
+def estimates(history: History) -> Iterator[Rate]:
     """What the estimators of a run have at its end; modes, whose signs only tell which way the faces part, are summed."""
     columns = history.columns
     for name in columns:
@@ -254,7 +260,7 @@ def estimates(history):
             yield Rate(name if second is None else f"{name}+II", g[-1], np.ptp(g[last_part(history)]))
 
 
-def rows(rates, g_ref):
+def rows(rates: Sequence[Rate], g_ref: float | None) -> Iterator[tuple[str, float, float | None, float, float]]:
     """Name, G, G/G_ref (None where G_ref is not known), and in percent of the first G: off rest, and difference from it."""
     first = rates[0].value
     for rate in rates:
@@ -262,7 +268,7 @@ def rows(rates, g_ref):
                100 * (rate.value / first - 1))
 
 
-def write_tables(samples, rates, g_ref):
+def write_tables(samples: Sequence[Sample], rates: Sequence[Rate], g_ref: float | None) -> None:
     print(f"{'crack tip [m]':<24}{'stored energy [J]':>20}")
     for sample in samples:
         print(f"{listed(sample.tip.round(12)):<24}{sample.energy:>20.8g}")
@@ -271,7 +277,7 @@ def write_tables(samples, rates, g_ref):
         print(f"{name:<24}{value:>20.8g}{'-' if ratio is None else f'{ratio:.5f}':>12}{unrest:>16.3f}{difference:>16.3f}")
 
 
-def write_csv(samples, rates, g_ref):
+def write_csv(samples: Sequence[Sample], rates: Sequence[Rate], g_ref: float | None) -> None:
     """The estimators as rows; the runs behind them as comments above."""
     for sample in samples:
         print(f"# crack tip {listed(sample.tip.round(12))} m: stored energy {sample.energy:.17g} J")
