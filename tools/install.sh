@@ -91,7 +91,7 @@ install_files() {
             place 644 "$root/$file" "share/hampm/$file"
         done
     done
-    for file in README.md CHANGELOG.md LICENSE CITATION.cff docs/reference/keys.md docs/reference/key_rules.md docs/how-to/batches.md docs/reference/results.md; do
+    for file in README.md CHANGELOG.md LICENSE CITATION.cff docs/reference/keys.md docs/reference/key_rules.md docs/how-to/batches.md docs/how-to/gate.md docs/reference/results.md; do
         place 644 "$root/$file" "share/doc/hampm/$(basename "$file")"
     done
     generate man share/man/man1/hampm.1
