@@ -39,7 +39,7 @@ module hampm_run_time_checks
    real(dp), parameter :: largest_gain = 0.5_dp  !! of energy without work, over the largest energy so far [-]
    ! The limit of bodies whose edges cut cells is found on a sample of such cells: others are nearer to it, and swing by more
    real(dp), parameter :: largest_gain_of_shapes = 0.9_dp
-   real(dp), parameter :: noticed_gain = 0.1_dp  !! the same or a loss, over the largest energy of deformation and work, to report [-]
+   real(dp), parameter :: noticed_gain = 0.1_dp  !! gain or loss over the largest energy of deformation and work, to report [-]
    real(dp), parameter :: noticed_error = 0.1_dp !! of the strain energy that stretched material may have in it, to be reported [-]
    real(dp), parameter :: rounding = 1e-9_dp     !! part of the largest energy that a long run may gain by rounding [-]
    real(dp), parameter :: turned_by_contact = 0.01_dp !! the same by bodies that meet
