@@ -63,6 +63,7 @@ module hampm_crack_tip_field
       procedure :: rate_of
       procedure :: modes_couple
       procedure :: narrowing
+      procedure :: widening
       procedure :: intensities_of
       procedure :: of_rate
       procedure :: shares
@@ -367,6 +368,13 @@ contains
       class(tip_field_t), intent(in) :: self
       narrowing = maxval(aimag(self%root))
    end function narrowing
+
+   !> How many times as far as in isotropic material the faces slide at the same K_II, over the compliance along them: mean of the
+   !> imaginary parts of the roots [-].
+   pure real(dp) function widening(self)
+      class(tip_field_t), intent(in) :: self
+      widening = sum(aimag(self%root))/size(self%root)
+   end function widening
 
    !> Stress intensity factors from the interactions 2 sum_n Y_mn K_n with fields of unit K, divided by `over` [Pa sqrt(m)].
    pure function intensities_of(self, interaction, over) result(k)

@@ -386,13 +386,19 @@ contains
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
       real(dp) :: shortness(modes)
+      real(dp), parameter :: by_width = 0.79_dp  ! centre cracks in four orthotropic materials within 5 %, bilinear cells within 9 %
+      type(tip_field_t) :: field(2)
       shortness = quadratic_tip_offset(m, tip)
-      if (m%grid%is_quadratic()) return
       associate (material => m%materials(tip%material_in(m%materials)))
-         associate (x => material%small_strain_lambda()/material%mu)
-            shortness = short + by_stiffness*x/(1 + x/stiff)
-         end associate
+         if (.not. m%grid%is_quadratic()) then
+            associate (x => material%small_strain_lambda()/material%mu)
+               shortness = short + by_stiffness*x/(1 + x/stiff)
+            end associate
+         end if
+         if (material%isotropic) return
       end associate
+      field = fields_at(m%materials, tip)
+      if (.not. field(1)%is_at_interface) shortness(2) = shortness(2)*max(1.0_dp, 1 + by_width*(field(1)%widening() - 1))
    end function shortness_of
 
    !> Place error of a tip, by mode [cells]: at a node behind it, the uncertain part of the shortness; inside a cell anywhere within
