@@ -6,7 +6,7 @@ import subprocess
 import h5py
 import numpy as np
 import pytest
-from paths import REFERENCE, SOLID_PROGRAM
+from paths import INPUT, REFERENCE, SOLID_PROGRAM
 from test_solid import difference
 
 pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
@@ -164,6 +164,16 @@ def test_energy_released_by_a_disc(tmp_path):
     for cells in (4, 6):
         g = rate(tmp_path, (2.5, 2.5, 2.5), cells, disc)
         assert difference(f"K of {cells} cells", np.sqrt(g / expected("penny_cube2.5.csv", 1.0)), 1.0) < 0.01
+
+
+def test_k_of_a_front_that_passes_faces_of_cells(tmp_path):
+    """Nodes just ahead of a tip held faces of the plane together, 4 % of K; those of a front that is along the cells or slanted do not."""
+    found = []
+    for cells in (3.999, 4.001):
+        run(tmp_path, (INPUT / "solid/penny.nml").read_text(), "--set", f"crack.radii={cells * 2.5e-3!r}", "--set", "refine.max_level=0", "--set", "output.file=case.h5")
+        with h5py.File(tmp_path / "case.h5") as results:
+            found.append(results["front/K_I"][-1])
+    assert len(found[0]) == 5 and found[1] == pytest.approx(found[0], rel=1e-3)
 
 
 @pytest.mark.verify
