@@ -46,7 +46,7 @@ module hampm_mesh_trials
       type(mesh_t) :: first                      !! of the first pilot
       real(dp) :: of_cells = 0, of_tips = 0      !! the parts a and b of the error over that asked [-]
       real(dp) :: order = usual_order            !! p [-]
-      real(dp) :: particles = 0, of_level = 0    !! of root cells of the first pilot; those that a level adds
+      real(dp) :: particles = 0, of_level = 0    !! of root cells of the first pilot; those that the first level adds
       real(dp) :: steps = 0                      !! of a wave through the root cells of the first pilot until the end
       real(dp) :: rows = 1                       !! of the history
       real(dp) :: seconds = 0                    !! of its processor for one unit of work [s]
@@ -86,7 +86,7 @@ contains
       class(trials_t), intent(in) :: self
       type(mesh_t), intent(in) :: mesh
       associate (h => real(self%first%lattice, dp)/mesh%lattice)
-         n = self%particles*(1/h)**ndim + self%of_level*merge(real(mesh%levels, dp), 2.0_dp**mesh%levels/h, ndim == 2)
+         n = self%particles*(1/h)**ndim + self%of_level*merge(real(mesh%levels, dp), (2.0_dp**mesh%levels - 1)/h, ndim == 2)
       end associate
    end function particles_of
 
@@ -152,6 +152,7 @@ contains
       real(dp) :: h, left, gained, whole, part
       real(dp) :: of_finer, of_deeper            ! what values differ by, over errors asked [-]
       real(dp) :: least, most                    ! order of the error away from the tips [-]
+      real(dp) :: added                          ! by the levels of the deeper mesh, in those of one
       integer :: levels
       trials%bytes = first%bytes
       h = real(trials%first%lattice, dp)/finer_mesh%lattice
@@ -186,15 +187,10 @@ contains
          if (left > 0) trials%order = min(max(log(left/trials%of_cells)/log(h), least), most)
       end if
       trials%of_level = max(deeper%particles - first%particles, 1.0_dp)
-      associate (first_levels => trials%first%levels)
-         if (ndim == 2) then
-            trials%of_level = trials%of_level/max(levels, 1)
-            trials%particles = max(1.0_dp, first%particles - trials%of_level*first_levels)
-         else
-            trials%of_level = trials%of_level/(2.0_dp**first_levels*max(2.0_dp**levels - 1, 1.0_dp))
-            trials%particles = max(1.0_dp, first%particles - trials%of_level*2.0_dp**first_levels)
-         end if
-      end associate
+      added = merge(real(levels, dp), 2.0_dp**trials%first%levels*(2.0_dp**levels - 1), ndim == 2)
+      trials%of_level = trials%of_level/max(added, 1.0_dp)
+      trials%particles = max(1.0_dp, first%particles - trials%of_level* &
+                             merge(real(trials%first%levels, dp), 2.0_dp**trials%first%levels - 1, ndim == 2))
       trials%seconds = (first%seconds + finer%seconds + deeper%seconds)/ &
                        (trials%work_of(trials%first, first%rows) + trials%work_of(finer_mesh, finer%rows) + &
                         trials%work_of(deeper_mesh, deeper%rows))
