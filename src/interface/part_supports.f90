@@ -99,10 +99,8 @@ contains
       type(matter_t), intent(in) :: m
       type(constraints_t), intent(in) :: c
       type(interfaces_t), intent(in) :: old
-      logical :: is_taken(ndim, m%grid%n_nodes)
       integer :: k, d, last, k_last, next
       if (.not. any([(old%list(k)%law == support .and. any(abs(old%list(k)%opening) > 0), k=1, old%n)])) return
-      is_taken = c%box > 0
       do k = 1, old%n
          associate (spring => old%list(k))
             if (spring%law /= support) cycle
@@ -113,12 +111,11 @@ contains
                if (c%box(d, last) == 0 .or. .not. is_at(last, spring%middle)) cycle
                next = node_at_end(last, spring%origin)
                if (next > 0) then
-                  if (.not. is_taken(d, next)) exit
+                  if (.not. is_taken(last, next)) exit
                   next = 0
                end if
             end do
             if (next == 0) cycle
-            is_taken(d, next) = .true.
             call add_interface_point(interfaces, support)
             interfaces%list(interfaces%n) = spring
             interfaces%list(interfaces%n)%jump%node(:2) = [next, last]
@@ -126,6 +123,19 @@ contains
       end do
 
    contains
+
+      !> Whether a node is held, or has a spring to that last node: between two supports it has one to either.
+      pure logical function is_taken(last, next)
+         integer, intent(in) :: last, next       !! nodes
+         integer :: i
+         is_taken = c%box(d, next) > 0
+         do i = 1, interfaces%n
+            if (is_taken) return
+            associate (other => interfaces%list(i))
+               is_taken = other%law == support .and. abs(other%normal(d)) > 0 .and. all(other%jump%node(:2) == [next, last])
+            end associate
+         end do
+      end function is_taken
 
       !> Whether a node is at a place.
       pure logical function is_at(node, x)

@@ -424,3 +424,32 @@ def test_a_wave_arrives_alike_at_the_mirror_image_of_an_oblique_crack(hampm):
     other = run(hampm, OBLIQUE.format(grid=-0.016, lower=-0.01, upper=0.0, tip=-0.004823752512903356, way=-0.7071067811865475))
     for name in ("J", "G", "J_error", "G_error", "K_I_error"):
         assert other[name] == pytest.approx(one[name], rel=1e-6, abs=1e-9 * np.max(np.abs(one[name]))), name
+
+
+BETWEEN = {"plane": """&run end_time = 2e-5 /
+&grid lower = 0.0, 0.0  cell = 0.001  cells = 12, 10 /
+&material name = 'm'  young = 70e9  density = 2700.0 /
+&body material = 'm'  lower = 0.0, 0.0  upper = 0.012, 0.01 /
+&constraint lower = 0.0, 0.0  upper = 0.0053, 0.0  fix = 'xy' /
+&constraint lower = 0.0067, 0.0  upper = 0.012, 0.0  fix = 'xy'  displacement = 0.0, 1e-6 /
+&crack kind = 'line'  tip = 0.0055, 0.005 /
+&method time = 'implicit'  time_step = 1e-6  start = 'static' /
+&energy_release estimators = /
+""", "solid": """&run end_time = 4.5 /
+&grid lower = 0.75, -0.25, 0.0  cell = 0.25  cells = 4, 6, 3 /
+&material name = 'm'  young = 10000.0  density = 1000.0 /
+&body material = 'm'  lower = 0.75, 0.0, 0.0  upper = 1.75, 1.0, 0.75 /
+&constraint lower = 0.75, 0.0, 0.0  upper = 1.25, 1.0, 0.3  fix = 'xz' /
+&constraint lower = 0.75, 0.0, 0.45  upper = 1.25, 1.0, 0.75  fix = 'xz'  displacement = 0.0, 0.0, -8.6e-06 /
+&crack kind = 'plane'  normal = 'x'  front = 'disc'  center = 1.5, 0.1, 0.0  radii = 0.67 /
+&method time = 'implicit'  time_step = 0.75  start = 'static' /
+&refine indicator = 'tip'  rings = 1 /
+&energy_release estimators = /
+"""}
+
+
+@pytest.mark.parametrize("dimension", BETWEEN)
+def test_a_node_between_the_ends_of_two_supports_rests(dimension, hampm, request):
+    """The next node after two supports that end between nodes has a spring to either, at rest and, where these are kept, in motion."""
+    row = run(hampm if dimension == "plane" else request.getfixturevalue("hampm3d"), BETWEEN[dimension])
+    assert np.max(row["kinetic_energy"]) < 1e-12 * row["strain_energy"][0]
