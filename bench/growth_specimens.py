@@ -73,7 +73,8 @@ def speed(r, solid):
 
 def stops(r, solid):
     """A strip whose toughness rises with the way x to G at x_a: v = v_0 (1 - x/x_a)."""
-    v, part, rise = RAYLEIGH * r.uniform(0.03, 0.15), r.uniform(0.4, 0.8), r.uniform(2.0, 4.0)
+    v, part = RAYLEIGH * r.uniform(0.03, 0.15), r.uniform(0.4, 0.8)
+    rise = r.uniform(1.3, 2.0) / part                      # of the toughness, to more than G
     rate, far = ACROSS * 1e-12 / 8e-3, 8e-3 * r.uniform(0.5, 1.2)
     end = far * (rise - 1) / (1 / part - 1)                # of the curve
     text, _ = strip(r, solid, (0.0, 1e-6), lambda cell: f"direction = 'straight'  toughness = {rate * part!r}  limit_speed = {v / (1 - part)!r}  "

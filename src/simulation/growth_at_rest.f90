@@ -35,6 +35,7 @@ module hampm_growth_at_rest
              load_in_symmetry, load_to_onset, follow_control
 
    real(dp), parameter :: near = 1e-6_dp         !! part of the toughness, and of the controlled quantity
+   real(dp), parameter :: reached = 1 - 1e-4_dp  !! part of the toughness from which on tips advance
 
    !> Measurements at a load of the cycles.
    type :: at_load_t
@@ -308,7 +309,6 @@ contains
       type(failure_t), intent(inout) :: failure
       integer, parameter :: most = 40
       type(load_search_t) :: search
-      real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
       real(dp), allocatable :: now(:)
       logical, allocatable :: counts(:)
       real(dp) :: factor, before
@@ -465,6 +465,8 @@ contains
          call see_around_tips(s%model, s%cracks)
          call cut_anew(s, failure)
          call rescale(s, factor, failure)
+         if (failure%failed()) return
+         if (.not. any(ratios(s) >= reached)) call load_to_toughness(s, failure) ! in cells that have followed the tip and come back
          if (.not. failure%failed()) call grow(s, failure)
          if (s%is_over .or. s%growing%is_adrift .or. count(s%growing%points%has_ended) > ended) exit
          call load_in_symmetry(s, failure)
