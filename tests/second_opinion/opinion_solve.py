@@ -216,7 +216,12 @@ class Problem:
             vector[nodes + c * half] = values
             return vector
 
-        units = [{c: lifted(nodes, 1.0, c) for c in hold.components} for hold, (nodes, _) in zip(scene.holds, held)]
+        def own(number, c):
+            """The nodes of a hold that no later one holds in a component: the last one has those that several hold."""
+            later = [nodes for hold, (nodes, _) in list(zip(scene.holds, held))[number + 1:] if c in hold.components]
+            return np.setdiff1d(held[number][0], np.concatenate([np.zeros(0, int), *later]))
+
+        units = [{c: lifted(own(number, c), 1.0, c) for c in hold.components} for number, hold in enumerate(scene.holds)]
         turns = [sum(lifted(nodes, (1 - 2 * (c == 0)) * (self.mesh.nodes[nodes] - hold.middle)[:, 1 - c], c) for c in hold.components) for hold, (nodes, turn) in zip(scene.holds, held) if turn]
         turned = [response(0.0, one) for one in turns]
 

@@ -29,6 +29,18 @@ CRACKS = {"inner": "&crack kind = 'path'  points = 0.0081, 0.0183, 0.0137, 0.021
           "pressed": "&crack kind = 'path'  points = 0.0081, 0.0183, 0.0137, 0.0212 /\n&load kind = 'pressure'  on = 'crack'  pressure = 1e6 /\n"}
 
 
+def test_of_two_supports_of_the_same_nodes_the_last_one_holds(tmp_path):
+    """Which also moves them once: reactions, work and displacements."""
+    path = tmp_path / "model.nml"
+    again = "&constraint lower = 0.0, 0.0  upper = 0.02, 0.0  fix = 'xy'  name = '{}'  displacement = 0.0, 1e-6 /\n&constraint lower = 0.0, 0.04  upper = 0.02, 0.04  fix = 'xy'  name = 'top' /\n"
+    text = "".join(line for line in PLATE.splitlines(keepends=True) if not line.startswith(("&constraint", "&load", "&refine")))
+    path.write_text(text.replace("estimators = 'domain_integral'", "estimators =") + again.format("foot") + again.format("last").splitlines(keepends=True)[0])
+    rows = {row.column: row for row in judge(path, 3, PROGRAM)[0]}
+    assert {"reaction_foot_y", "reaction_last_y", "external_work"} <= set(rows)
+    assert all(row.verdict == "agree" for row in rows.values())
+    assert rows["reaction_foot_y"].own == 0 and abs(rows["reaction_last_y"].own) > 1
+
+
 @pytest.mark.parametrize("crack", ["inner", *(pytest.param(name, marks=pytest.mark.verify) for name in CRACKS if name != "inner")])
 def test_a_cracked_plate(crack, tmp_path):
     """K, G, J, energy, work and reactions, as both find them."""
