@@ -380,7 +380,8 @@ contains
       integer :: leaf, piece, side, middle, k
       integer :: number(points_of_quadratic), middles, d, lower
       associate (n_nodes => grid%n_nodes, n_hanging => grid%n_points - grid%n_nodes)
-         allocate (weight(most_nodes_of_leaf, n_hanging), node(most_nodes_of_leaf, n_hanging), count_of(n_hanging))
+         k = merge(corners**2, most_nodes_of_leaf, grid%aggregated_nodes%are_there())
+         allocate (weight(k, n_hanging), node(k, n_hanging), count_of(n_hanging))
          count_of = 0
          if (grid%is_quadratic()) then
             do leaf = 1, grid%forest%leaf_count()
@@ -418,7 +419,12 @@ contains
             end do
          end do
       end associate
-      if (grid%aggregated_nodes%are_there()) call add_aggregated_nodes()
+      if (grid%aggregated_nodes%are_there()) then
+         call add_aggregated_nodes()
+         do middle = 1, size(count_of)
+            call follow_aggregated_nodes()
+         end do
+      end if
       call grid%dofs%set_masters(grid%n_nodes, count_of, node, weight)
    contains
       !> Let aggregated nodes hang on the corners of their root cells.
@@ -438,6 +444,27 @@ contains
             end do
          end do
       end subroutine add_aggregated_nodes
+
+      !> Let the hanging node in the middle follow the masters of aggregated nodes among its own.
+      subroutine follow_aggregated_nodes()
+         integer :: before(size(node, 1)), n, i, j
+         real(dp) :: part(size(node, 1))
+         do while (any(node(:count_of(middle), middle) > grid%n_nodes))
+            n = count_of(middle)
+            before = node(:, middle)
+            part = weight(:, middle)
+            count_of(middle) = 0
+            do i = 1, n
+               associate (hanging => before(i) - grid%n_nodes)
+                  if (hanging <= 0) call add_master(before(i), part(i))
+                  if (hanging <= 0) cycle
+                  do j = 1, count_of(hanging)
+                     call add_master(node(j, hanging), part(i)*weight(j, hanging))
+                  end do
+               end associate
+            end do
+         end do
+      end subroutine follow_aggregated_nodes
 
       !> Let the hanging node in the middle follow one of the nodes whose mean it is, or the masters of that node.
       subroutine add_masters(of, is_corner)

@@ -453,3 +453,27 @@ def test_a_node_between_the_ends_of_two_supports_rests(dimension, hampm, request
     """The next node after two supports that end between nodes has a spring to either, at rest and, where these are kept, in motion."""
     row = run(hampm if dimension == "plane" else request.getfixturevalue("hampm3d"), BETWEEN[dimension])
     assert np.max(row["kinetic_energy"]) < 1e-12 * row["strain_energy"][0]
+
+
+REFINED_BALL = """&run end_time = 1.0 /
+&grid lower = -0.0020071289943818724, {grid!r}, 0.0  cell = 0.0009765625  cells = 6, 5, 5 /
+&material name = 'm'  young = 70e9  poisson = 0.3  density = 2700.0 /
+&body material = 'm'  points_per_cell = 2  shape = 'sphere'  center = 0.0009225585056181276, {center!r}, 0.00244140625  radius = 0.0024349325283710504 /
+&constraint lower = -0.0020071289943818724, {low!r}, -0.00048828125  upper = 0.0038522460056181276, {high!r}, 0.001171875  fix = 'xyz'  name = 'a' /
+&crack kind = 'plane'  normal = 'y'  front = 'straight'  tip = -0.0007408263819388204, {tip!r}, 0.0027704214416703374  direction = -1.0, 0.0, 0.0  length = 0.0044  contact = 'frictionless' /
+&load kind = 'pressure'  lower = 0.0026803710056181275, {edge[0]!r}, 0.0  upper = 0.004340527255618128, {edge[1]!r}, 0.0048828125  pressure = -756679.0 /
+&load kind = 'pressure'  lower = -0.0024954102443818724, {low!r}, 0.0  upper = -0.0008352539943818724, {high!r}, 0.0048828125  pressure = -756679.0 /
+&method time = 'static'  load_steps = 4 /
+&refine indicator = 'zz'  max_level = 2  max_particles = 4000  tolerance = 0.05  region_lower = -0.0010305664943818724, {box[0]!r}, 0.0  region_upper = -5.4e-05, {box[1]!r}, 0.00146484375 /
+&energy_release estimators = /
+"""
+
+
+def test_a_ball_that_refines_has_its_mirror_image(hampm3d):
+    """Nodes between finer and coarser cells follow aggregated nodes at corners, and so the root cells of these; they had nodes without equations as masters."""
+    half = 0.0048828125
+    places = dict(grid=0.0, center=0.00244140625, low=0.0, high=half, tip=0.00390625, edge=(0.0, 0.0009765625), box=(0.0, 0.0009765625))
+    image = dict(grid=-half, center=-0.00244140625, low=-half, high=0.0, tip=-0.00390625, edge=(-0.0009765625, 0.0), box=(-0.0009765625, 0.0))
+    one, other = (run(hampm3d, REFINED_BALL.format(**numbers)) for numbers in (places, image))
+    for name in ("strain_energy", "external_work", "cells"):
+        assert other[name] == pytest.approx(one[name], rel=1e-9), name
