@@ -8,7 +8,7 @@ module hampm_dynamic_growth
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t, last_point
-   use hampm_equation_of_motion, only: delay, speed_by_toughness, excess_of, followed, speed_off
+   use hampm_equation_of_motion, only: speed_by_toughness, excess_of, followed, speed_off
    use hampm_forest, only: outside
    use hampm_front_values, only: front_values_t, lasting_error, mean_rate, sample_error
    use hampm_growing, only: growing_t, growing_point_t, next_t, prescribed_advance, share_of_shear, part_of_crack
@@ -577,7 +577,7 @@ contains
                point%driving = (1 + point%excess)*next(k)%toughness
                if (is_first) point%lagged_excess = point%excess
                if (rate >= next(k)%toughness .and. .not. (point%is_running .or. point%onset >= 0)) call note_onset(k, &
-                  (point%excess - point%lagged_excess)*(1 - left)/since, delay*cell/material%shear_wave_speed())
+                  (point%excess - point%lagged_excess)*(1 - left)/since, cell/material%shear_wave_speed())
                point%lagged_excess = point%excess + (point%lagged_excess - point%excess)*left
                point%is_running = point%is_running .or. rate >= next(k)%toughness
                point%memory = late*cell/material%shear_wave_speed()
@@ -643,12 +643,12 @@ contains
                                   ' s. Its speed and fracture_energy may be off; take smaller cells there', message)
       end subroutine note_coarse_cells
 
-      !> Note, as a point or the first of a crack with fronts starts, the error of its time: that of G over how fast it rises, the
-      !> time by which cells are late, and a step. It is told where the time is off by a twentieth.
-      subroutine note_onset(k, rise, late)
+      !> Note, as a point or the first of a crack with fronts starts, the error of its time: that of G over how fast it rises, that
+      !> of waves in cells, and a step, as root of a sum of squares. It is told where the time is off by a twentieth.
+      subroutine note_onset(k, rise, of_waves)
          integer, intent(in) :: k                !! number of the point
          real(dp), intent(in) :: rise            !! of G over the toughness [1/s]
-         real(dp), intent(in) :: late            !! [s]
+         real(dp), intent(in) :: of_waves        !! time of a shear wave through a cell [s]
          type(best_t) :: best
          real(dp) :: part                        ! error of G over G [-]
          associate (point => growing%points(k))
@@ -658,8 +658,8 @@ contains
                best = values(k)%best(cracks%tips(k), m%materials(point%material)%isotropic)
                part = best%error/best%rate
             end if
-            point%onset_error = since + late
-            if (rise > 0) point%onset_error = point%onset_error + part*(1 + point%excess)/rise
+            point%onset_error = hypot(since, of_waves)
+            if (rise > 0) point%onset_error = hypot(point%onset_error, part*(1 + point%excess)/rise)
             if (point%front > 0) then
                where (growing%points%crack == point%crack) growing%points%onset_error = point%onset_error
             end if

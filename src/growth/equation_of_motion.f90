@@ -13,7 +13,7 @@ module hampm_equation_of_motion
    use hampm_toughness, only: advance_t
    implicit none
    private
-   public :: delay, speed_by_toughness, excess_of, followed, speed_off
+   public :: speed_by_toughness, excess_of, followed, speed_off
 
    real(dp), parameter :: delay = 0.5_dp         !! of the measured G, in travel times of shear waves through a cell
 
