@@ -458,6 +458,8 @@ def resultant(case, time):
     for keys in groups(scene, "load"):
         if keys["kind"] == "gravity":
             case.need(not holes or len(solid) == 1)
+            case.need(all({"lower", "upper"} <= set(solid[0]) and np.all(np.maximum(one["lower"], one["upper"]) <= solid[0]["upper"])
+                          and np.all(np.minimum(one["lower"], one["upper"]) >= solid[0]["lower"]) for one in holes if one.get("shape") == "cylinder"))  # what is beyond has no weight
             case.need(not any("profile_density" in one for one in solid))
             area = [outline_area(one) for one in solid]
             area[0] -= sum(outline_area(one) for one in holes)
