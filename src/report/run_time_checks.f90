@@ -5,7 +5,7 @@
 !> firm piece strains are those beside it up to a factor of its place (2.6 in slivers at rings under pressure); loose ones have
 !> hundreds of times these.
 module hampm_run_time_checks
-   use hampm_kinds, only: dp, name_len, ndim
+   use hampm_kinds, only: dp, long, name_len, ndim
    use hampm_tensors, only: norm
    use hampm_crack_tip, only: crack_tip_t
    use hampm_interface_points, only: is_pressed
@@ -171,8 +171,13 @@ contains
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: lost                           ! [J]
       if (time /= 'explicit') return
-      lost = missing_energy(problem, measurements) - uncertain_work(problem)
-      if (lost <= noticed_gain*measurements%largest_inner_energy) return
+      ! With a damping x a step its loss, x m v^n.v^(n+1), is 1 - x of x m v^n.v^n, and what the velocity loses 1 - x/2 of it
+      associate (a_step => problem%damping_rate*problem%state%time/max(problem%state%steps, 1_long))
+         if (a_step >= 1) return
+         lost = missing_energy(problem, measurements) - uncertain_work(problem) &
+                - problem%energies%damping_loss*a_step/(2*(1 - a_step))
+      end associate
+      if (lost <= noticed_gain*max(measurements%largest_inner_energy, problem%energies%damping_loss)) return
       if (lost <= max(rounding*max(measurements%largest_energy, measurements%initial_energy), measurements%rounding_energy)) return
       call warn(problem%state%when()//fallen//three_digits(lost)//' J more than work and dissipation tell, '// &
                 three_digits(100*lost/measurements%largest_inner_energy)//' % of what the material stores: vibrations are '// &
