@@ -1,7 +1,7 @@
 """Columns of the program beside what finite elements say of them.
 
-Two numbers agree where they differ by no more than both errors. That of the program is its own column `_error`; where it has none, SETTLED times what the number changes by with
-cells of half the size, and a part of the largest value of its kind. That of the elements is what the last order and the rings make of it, with a floor.
+Two numbers agree where they differ by no more than both errors. That of the program is its own column `_error`; where it has none, MARGIN times what a value of first order in
+the cell lacks if it changes so with finer cells, of half and of a quarter of the size, the larger of both, and a part of the largest value of its kind. That of the elements is what the last order and the rings make of it, with a floor.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from opinion_mesh import build
 from opinion_scene import Outside, left_of, listed, unit
 from opinion_solve import Problem
 
-SETTLED, COARSE = 3.0, 0.01    # and by this part of the largest value of that kind, as differences of few cells tell little
+MARGIN, COARSE = 1.5, 0.01     # and by this part of the largest value of that kind, as differences of few cells tell little
 FLOOR = 1e-5            # of the own error, over the value
 NOTHING = 1e-9          # over the largest value of that kind, or what it would be at the stress of all that acts: rounding
 BESIDE = 2.0            # distance of a tip within which no stress or strain is judged [cells]
@@ -206,8 +206,13 @@ def answers(scene, order):
     return found, high.unknown
 
 
-def table(found, row, finer_row):
-    """All quantities that both have, with their verdicts."""
+def change_of(column, value, finer_rows):
+    """What a value of first order in the cell lacks, by its change with cells of 1/times of the size; None without."""
+    return max((abs(row[column] - value) / (1 - 1 / times) for times, row in finer_rows.items() if column in row), default=None)
+
+
+def table(found, row, finer_rows):
+    """All quantities that both have, with their verdicts; rows of finer cells by how many there are of one."""
     rows = []
     for column, (kind, value, error, scale, rounding) in found.items():
         if column not in row or np.isnan(row[column]):
@@ -219,9 +224,10 @@ def table(found, row, finer_row):
         if not has_bar and kind in ("J", "G", "K_I", "K_II") or kind.startswith("G_") and not has_bar:
             continue
         if not has_bar:
-            if column not in finer_row:
+            lacks = change_of(column, its, finer_rows)
+            if lacks is None:
                 continue
-            bar = SETTLED * abs(finer_row[column] - its) + COARSE * abs(scale)
+            bar = MARGIN * lacks + COARSE * abs(scale)
         off = abs(its - value)
         verdict = "agree" if off <= bar + error + rounding else "disagree"
         rows.append(Row(column, kind, its, bar, value, error, has_bar, verdict))

@@ -10,6 +10,7 @@ pytest.importorskip("ngsolve")
 sys.path.insert(0, str(ROOT / "tests/second_opinion"))
 
 from judge import judge  # noqa: E402
+from opinion_compare import table  # noqa: E402
 from trial import Trial  # noqa: E402
 
 PARTS, SCENES = 10, 60    # that are drawn, of which about a half are judged
@@ -39,6 +40,17 @@ def test_of_two_supports_of_the_same_nodes_the_last_one_holds(tmp_path):
     assert {"reaction_foot_y", "reaction_last_y", "external_work"} <= set(rows)
     assert all(row.verdict == "agree" for row in rows.values())
     assert rows["reaction_foot_y"].own == 0 and abs(rows["reaction_last_y"].own) > 1
+
+
+def test_a_value_that_two_sizes_of_cells_share_by_chance():
+    """Energies of a model with three slanted cracks, whose first two sizes differ by 0.26 % as its error is 2.5 %: a third size tells. Both sizes tell the same of first order."""
+    found = {"strain_energy": ("energy", 7.591, 0.001, 7.591, 0.0), "stress": ("stress", 1.0, 0.0, 0.0, 0.0)}
+    row = {"strain_energy": 7.4087, "stress": 1.4}
+    verdicts = [[one.verdict for one in table(found, row, finer)] for finer in ({2: {"strain_energy": 7.4277}}, {2: {"strain_energy": 7.4277}, 4: {"strain_energy": 7.57245}})]
+    assert verdicts == [["disagree"], ["agree"]]
+    bars = [table(found, row, {times: {"stress": 1 + 0.4 / times}})[0].program_error for times in (2, 4)]
+    assert bars == pytest.approx([0.6, 0.6])
+    assert table(found, row, {}) == []
 
 
 @pytest.mark.parametrize("crack", ["inner", *(pytest.param(name, marks=pytest.mark.verify) for name in CRACKS if name != "inner")])

@@ -121,7 +121,7 @@ class Trial:
             for row in off:
                 ratio = abs(row.program - row.own) / (row.program_error + row.own_error or 1e-300)
                 self.faults.append((seed, number, row, ratio))
-                self.tell(f"seed {seed} case {number} {row.column}: {row.program:.6g} ± {row.program_error:.2g}{'' if row.has_bar else ' (half cells)'}, finite elements {row.own:.6g} ± {row.own_error:.2g}, "
+                self.tell(f"seed {seed} case {number} {row.column}: {row.program:.6g} ± {row.program_error:.2g}{'' if row.has_bar else ' (finer cells)'}, finite elements {row.own:.6g} ± {row.own_error:.2g}, "
                           f"off {ratio:.2f} of both")
             if off and self.keep:
                 (self.keep / f"{seed}_{number}.nml").write_text(path.read_text())
