@@ -53,6 +53,13 @@ def test_a_value_that_two_sizes_of_cells_share_by_chance():
     assert table(found, row, {}) == []
 
 
+def test_totals_tell_how_many_models_stand_behind_values():
+    """Three of four values that one model misses are one model of two."""
+    trial = Trial(PROGRAM, 3, print)
+    trial.barred["several cracks", "J"] = [(2.0, (7, 1))] * 3 + [(0.5, (7, 2))]
+    assert "| several cracks: J, G | 4 | 2 | 25% | 50% | 0.5 |" in trial.totals().splitlines()
+
+
 @pytest.mark.parametrize("crack", ["inner", *(pytest.param(name, marks=pytest.mark.verify) for name in CRACKS if name != "inner")])
 def test_a_cracked_plate(crack, tmp_path):
     """K, G, J, energy, work and reactions, as both find them."""

@@ -5,7 +5,7 @@
 
 Scenes are those of `Drawing`, at rest, of linear elastic and orthotropic material, without growth and cohesion; one that is refused is repaired as in `combinations.py`. Each quantity that
 disagrees is a line, with what it is off over both errors. Totals and counts by kind of quantity follow, and of those with an estimated error how many it holds, by what the scene
-has, with the median of the error that is told over the true one.
+has, with the median of the error that is told over the true one, and of how many models, as the values of one model hang together.
 Exit code 1 where a quantity disagrees.
 """
 
@@ -117,7 +117,7 @@ class Trial:
                 self.kinds[row.kind, row.verdict] += 1
                 if row.has_bar and row.program_error > 0 and row.own_error < 0.1 * row.program_error:
                     for trait in traits(path):
-                        self.barred[trait, row.kind].append(abs(row.program - row.own) / row.program_error)
+                        self.barred[trait, row.kind].append((abs(row.program - row.own) / row.program_error, (seed, number)))
             for row in off:
                 ratio = abs(row.program - row.own) / (row.program_error + row.own_error or 1e-300)
                 self.faults.append((seed, number, row, ratio))
@@ -132,12 +132,14 @@ class Trial:
         for kind in sorted({kind for kind, _ in self.kinds}):
             agree, off = self.kinds[kind, "agree"], self.kinds[kind, "disagree"]
             lines.append(f"| {kind} | {agree + off} | {agree} | {off} |")
-        lines += ["", "| estimated errors | values | held | median of told over true |", "|---|---|---|---|"]
+        lines += ["", "| estimated errors | values | models | held | models with all held | median of told over true |", "|---|---|---|---|---|---|"]
         for trait in dict.fromkeys(trait for trait, _ in self.barred):
             for kinds in [("J", "G"), ("K_I", "K_II")] + [(kind,) for kind in sorted({kind for _, kind in self.barred if kind.startswith("G_")}) if trait == "all"]:
                 off = [part for kind in kinds for part in self.barred[trait, kind]]
                 if off:
-                    lines.append(f"| {trait}: {', '.join(kinds)} | {len(off)} | {np.mean(np.array(off) <= 1):.0%} | {1 / max(np.median(off), 1e-9):.2g} |")
+                    ratios, models, failed = [ratio for ratio, _ in off], {model for _, model in off}, {model for ratio, model in off if ratio > 1}
+                    lines.append(f"| {trait}: {', '.join(kinds)} | {len(off)} | {len(models)} | {np.mean(np.array(ratios) <= 1):.0%} | {1 - len(failed) / len(models):.0%} | "
+                                 f"{1 / max(np.median(ratios), 1e-9):.2g} |")
         lines += ["", *(f"{name}: {count}" for name, count in self.ends.most_common())]
         lines += ["not judged: " + f"{count} {reason}" for reason, count in self.outside.most_common()]
         lines += ["quantities not judged: " + f"{count} {reason}" for reason, count in self.unknown.most_common()]
