@@ -4,12 +4,12 @@
 !>    k = S w/(1 - w)
 !>
 !> leaves the part 1 - w of its displacement: displacements, reactions, energies and K are means of their values for supports that
-!> end at either node, with the weight w, the part of the distance between these up to the end of the box. They are smooth functions
-!> of the end of a support, with an error of second order in the cell. Springs move with their supports and contribute to reactions.
+!> end at either node, with the weight w, the part of the distance up to the end of the box. A corner of the box in a cell holds the
+!> node across it with w = w_1 w_2, its part of the cell. Results are smooth functions of the end of a support, with an error of
+!> second order in the cell. Springs move with their supports and contribute to reactions.
 !>
-!> S is taken at the first free node beside a support on the edge of a half plane, in E' times the thickness, for half of its cells:
-!> for Poisson's ratios from 0 to 0.4 it is within 0.05 and 0.13 of these numbers, and w off by less than 0.05. Elsewhere it scales
-!> with the material of the cells around the node.
+!> S is that of the first free node beside a support on the edge of a half plane, in E' times thickness and half of its cells: for
+!> Poisson's ratios from 0 to 0.4 within 0.05 and 0.13, w off by less than 0.05. Elsewhere it scales with the material around.
 module hampm_part_supports
    use hampm_kinds, only: dp, ndim
    use hampm_constraints, only: constraints_t, box_t
@@ -38,8 +38,8 @@ contains
       type(constraints_t), intent(in) :: c
       type(interfaces_t), intent(in) :: old      !! those on the mesh before
       integer, allocatable :: nodes(:)
-      integer :: k, i, e, j, d, kept
-      real(dp) :: way(ndim), from, to, part
+      integer :: k, i, j, d, kept
+      real(dp) :: way(ndim), parts(ndim)         ! of the way along each axis up to the end of the box
       if (interfaces%are_moving) call keep_springs(interfaces, m, c, old)
       kept = interfaces%n
       do k = 1, c%number()
@@ -50,19 +50,28 @@ contains
                nodes = neighbours_of(m, c%node(i))
                do j = 1, size(nodes)
                   way = m%grid%node_position(:, nodes(j)) - m%grid%node_position(:, c%node(i))
-                  d = maxloc(abs(way), dim=1)
-                  e = merge(1, 2, way(d) < 0)
-                  from = end_of_held(c%node(i), d, way(d))
-                  to = end_of_held(nodes(j), d, way(d))
-                  part = (box%reach(d, e) - from)/(to - from)
-                  if (part < least .or. part > 1) cycle
-                  call add_springs(interfaces, kept, m, c, k, c%node(i), nodes(j), d, min(part, 1 - least))
+                  parts = [(part_of_way(box, c%node(i), nodes(j), d, way(d)), d=1, ndim)]
+                  if (any(abs(way) > m%grid%forest%tolerance() .and. (parts < least .or. parts > 1))) cycle
+                  where (abs(way) > m%grid%forest%tolerance()) parts = min(parts, 1 - least)
+                  call add_springs(interfaces, kept, m, c, k, c%node(i), nodes(j), parts)
                end do
             end do
          end associate
       end do
 
    contains
+
+      !> Part of the way from a node to another one up to the end of a box in one direction; 1 where that leads nowhere.
+      pure real(dp) function part_of_way(box, last, next, d, way) result(part)
+         type(box_t), intent(in) :: box
+         integer, intent(in) :: last, next, d    !! nodes, and the direction
+         real(dp), intent(in) :: way             !! along that [m]
+         real(dp) :: from
+         part = 1
+         if (abs(way) <= m%grid%forest%tolerance()) return
+         from = end_of_held(last, d, way)
+         part = (box%reach(d, merge(1, 2, way < 0)) - from)/(end_of_held(next, d, way) - from)
+      end function part_of_way
 
       !> Place up to which a node and those behind it hold an edge [m]: the node, or `beyond` further at a middle of quadratic
       !> sides.
@@ -208,7 +217,7 @@ contains
       end do
    end subroutine keep_cells_at_ends
 
-   !> The nodes next to a node along lines between cells with material; no hanging ones.
+   !> The nodes next to a node along lines between cells with material, and across these; no hanging ones.
    pure function neighbours_of(m, node) result(neighbours)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: node
@@ -223,7 +232,8 @@ contains
             do j = 1, size(nodes)
                if (nodes(j) > m%grid%n_nodes .or. any(neighbours == nodes(j))) cycle
                way = abs(m%grid%node_position(:, nodes(j)) - m%grid%node_position(:, node))
-               if (count(way > tolerance) /= 1 .or. abs(maxval(way) - m%grid%element_size(around(k))) > tolerance) cycle
+               if (all(way <= tolerance)) cycle
+               if (any(min(way, abs(way - m%grid%element_size(around(k)))) > tolerance)) cycle
                neighbours = [neighbours, nodes(j)]
             end do
          end do
@@ -231,28 +241,32 @@ contains
    end function neighbours_of
 
    !> Hold a node by springs from the last one in a box, in the components that this holds.
-   pure subroutine add_springs(interfaces, kept, m, c, k, last, next, direction, part)
+   pure subroutine add_springs(interfaces, kept, m, c, k, last, next, parts)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: kept                !! number of springs that were there
       type(matter_t), intent(in) :: m
       type(constraints_t), intent(in) :: c
       integer, intent(in) :: k                   !! the box
       integer, intent(in) :: last, next          !! nodes
-      integer, intent(in) :: direction           !! from the last to the next
-      real(dp), intent(in) :: part               !! of the way between them to where the box ends [-]
-      real(dp) :: stiffness, of_component, opening(ndim)
+      real(dp), intent(in) :: parts(ndim)        !! of the way between them to where the box ends, 1 where they are abreast [-]
+      real(dp) :: part, share, stiffness, of_component, opening(ndim)
       integer :: d, i
       stiffness = 0
+      part = product(parts)
       associate (box => c%boxes(k), x => m%grid%node_position(:, next))
          do d = 1, ndim
             if (c%box(d, last) /= k .or. c%box(d, next) > 0) cycle
+            if (count(parts < 1) > 1) then
+               if (is_held_between(d)) cycle
+            end if
             if (stiffness <= 0) then
                stiffness = part/(1 - part)*stiffness_around(m, next)
                opening = displacement_of(next) - displacement_of(last)
             end if
             of_component = across
             if (box%upper(d) - box%lower(d) > m%grid%forest%tolerance()) of_component = aside
-            if (d == direction) of_component = onward
+            share = (1 - parts(d))/sum(1 - parts) ! so corners go over into ends along either edge
+            of_component = share*onward + (1 - share)*of_component
             i = findloc([(is_near(interfaces%list(i)), i=1, kept)], .true., dim=1)
             if (i > 0) then                      ! as material moves into its cells a spring grows firmer under its force
                associate (point => interfaces%list(i))
@@ -282,11 +296,28 @@ contains
 
    contains
 
+      !> Whether a node beside both is held in this component, from which an edge leads to the next one: a corner is none then.
+      pure logical function is_held_between(d) result(is_held)
+         integer, intent(in) :: d                !! component
+         integer, allocatable :: nodes(:)
+         real(dp) :: way(ndim), to(ndim)
+         integer :: i
+         is_held = .false.
+         nodes = neighbours_of(m, next)
+         way = m%grid%node_position(:, last) - m%grid%node_position(:, next)
+         do i = 1, size(nodes)
+            if (c%box(d, nodes(i)) == 0) cycle
+            to = m%grid%node_position(:, nodes(i)) - m%grid%node_position(:, next)
+            is_held = is_held .or. all(min(abs(to), abs(to - way)) <= m%grid%forest%tolerance()) .and. &
+                      sum(abs(to)) < sum(abs(way)) - m%grid%forest%tolerance()
+         end do
+      end function is_held_between
+
       !> Whether a spring of this component is nearer to the node than to its own last one.
       pure logical function is_near(spring)
          type(interface_point_t), intent(in) :: spring
          is_near = abs(spring%normal(d)) > 0 .and. maxval(abs(spring%origin - m%grid%node_position(:, next))) < &
-                   norm(spring%origin - spring%middle) - m%grid%forest%tolerance()
+                   maxval(abs(spring%origin - spring%middle)) - m%grid%forest%tolerance()
       end function is_near
 
       !> Displacement of a node, by the particles around it [m].
