@@ -4,8 +4,8 @@
 !> no cell filled by a part `least_fill` at least has no degrees of freedom: it hangs on the nodes of a fuller cell beside one of
 !> its own, by the extrapolated shape functions of that cell, or else on the root cell of a neighbour, as at a sharp corner. Of
 !> equally full or near cells it takes the one towards the material: mirror images agree. Displacements stay continuous, linear ones
-!> exact. Cells beside cells of another size, and cut cells and their neighbours, keep their nodes. Beside a crack in a plane of a
-!> solid a node has a copy for each face, which hangs on a cell on its own side.
+!> exact. Cells beside cells of another size, and cut cells and their neighbours, keep their nodes. Beside a crack along a line or
+!> plane of the grid a node has a copy for each face, which hangs on a cell on its own side.
 !>
 !> Source: Badia, Verdugo & Martin, The aggregated unfitted finite element method for elliptic problems, Computer Methods in Applied
 !> Mechanics and Engineering 336 (2018) 533-553.
@@ -13,7 +13,7 @@ module hampm_aggregated_nodes
    use hampm_kinds, only: dp, ndim, corners, neighbours, long
    use hampm_tensors, only: norm
    use hampm_basis, only: shape_functions
-   use hampm_cut_cells, only: cut_cells_t
+   use hampm_cut_cells, only: cut_cells_t, place_of_copy
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_plane_cuts, only: plane_cut_t, seen_beside
    use hampm_outline, only: outline_t, least_part
@@ -114,7 +114,7 @@ contains
       do leaf = 1, size(fill)
          if (root_cells(leaf) == 0) cycle
          do c = 1, corners
-            call add_corner(forest, planes, fill, centre, root_cells, &
+            call add_corner(forest, cut_cells, planes, fill, centre, root_cells, &
                             forest%place_of(leaf) + corner_offset(c)*level_width(forest%level_of(leaf)), &
                             leaf, aggregated)
          end do
@@ -252,6 +252,19 @@ contains
       end do
    end function is_parted
 
+   !> Place of a node as a leaf of one piece sees it: that of its copy beside a crack.
+   pure function seen_from(forest, cut_cells, planes, leaf, place) result(seen)
+      type(forest_t), intent(in) :: forest
+      type(cut_cells_t), intent(in) :: cut_cells
+      type(plane_cut_t), allocatable, intent(in) :: planes(:)
+      integer, intent(in) :: leaf
+      integer(long), intent(in) :: place(ndim)
+      integer(long) :: seen(ndim)
+      seen = place
+      if (cut_cells%are_there()) seen = place_of_copy(place, cut_cells%copy_at(forest, place, leaf, 1))
+      if (allocated(planes)) seen = seen_beside(planes, forest, leaf, place)
+   end function seen_from
+
    !> The leaf so many leaves of this size away; `outside` if there is none.
    pure integer function neighbour(forest, leaf, steps) result(next)
       type(forest_t), intent(in) :: forest
@@ -261,8 +274,9 @@ contains
 
    !> Record a corner of a nearly empty leaf, if all leaves around it are (nearly) empty, with the nearest of their root cells: of
    !> those that see the same copy of it.
-   pure subroutine add_corner(forest, planes, fill, centre, root_cells, place, leaf, aggregated)
+   pure subroutine add_corner(forest, cut_cells, planes, fill, centre, root_cells, place, leaf, aggregated)
       type(forest_t), intent(in) :: forest
+      type(cut_cells_t), intent(in) :: cut_cells
       type(plane_cut_t), allocatable, intent(in) :: planes(:)
       real(dp), intent(in) :: fill(:)
       real(dp), intent(in) :: centre(:, :)       !! of the material in each leaf [m]
@@ -273,8 +287,7 @@ contains
       real(dp) :: middle(ndim), filled
       integer(long) :: seen(ndim)
       integer :: around(corners), c, root_cell, number
-      seen = place
-      if (allocated(planes)) seen = seen_beside(planes, forest, leaf, place)
+      seen = seen_from(forest, cut_cells, planes, leaf, place)
       root_cell = 0
       middle = 0
       filled = 0
@@ -282,9 +295,8 @@ contains
          around(c) = forest%leaf_at(forest%position(place) + (corner_offset(c) - 0.5_dp)*forest%size_of(leaf))
          if (around(c) == outside) cycle
          if (.not. fill(around(c)) > 0) around(c) = outside
-         if (around(c) /= outside .and. allocated(planes)) then
-            if (any(seen_beside(planes, forest, around(c), place) /= seen)) around(c) = outside
-         end if
+         if (around(c) == outside) cycle
+         if (any(seen_from(forest, cut_cells, planes, around(c), place) /= seen)) around(c) = outside
          if (around(c) == outside) cycle
          if (root_cells(around(c)) == 0) return
          middle = middle + fill(around(c))*centre(:, around(c))

@@ -477,3 +477,24 @@ def test_a_ball_that_refines_has_its_mirror_image(hampm3d):
     one, other = (run(hampm3d, REFINED_BALL.format(**numbers)) for numbers in (places, image))
     for name in ("strain_energy", "external_work", "cells"):
         assert other[name] == pytest.approx(one[name], rel=1e-9), name
+
+
+SLIVERS = """&run end_time = 1.0  thickness = 0.01 /
+&grid lower = 0.0, {grid!r}  cell = 0.125  cells = 18, 20 /
+&material name = 'm'  young = 10000.0  poisson = 0.3  density = 2000.0 /
+&body material = 'm'  points_per_cell = 3  shape = 'circle'  center = 1.1357675222428283, {center!r}  radius = 1.0204657878975245 /
+&crack kind = 'path'  points = -0.125, {crack!r}, 0.9587858924007499, {crack!r} /
+&constraint lower = -0.25, {held[0]!r}  upper = 2.5, {held[1]!r}  fix = 'xy' /
+&load kind = 'pressure'  pressure = -0.27142732316535756  lower = -0.25, {edge[0]!r}  upper = 2.5, {edge[1]!r} /
+&method time = 'static' /
+&energy_release estimators = /
+"""
+
+
+def test_a_crack_along_a_line_of_the_grid_opens_alike_in_a_mirror_at_an_edge_that_leaves_cells_nearly_empty(hampm):
+    """A node of nearly empty cells on both sides of a crack has two copies, each of which hangs on a cell on its own side; one hung on a cell across it."""
+    places = dict(grid=0.0, center=1.2427497555007714, crack=1.25, held=(-0.125, 0.75), edge=(1.25, 2.75))
+    image = dict(grid=-2.5, center=-1.2427497555007714, crack=-1.25, held=(-0.75, 0.125), edge=(-2.75, -1.25))
+    one, other = (run(hampm, SLIVERS.format(**numbers)) for numbers in (places, image))
+    for name in ("strain_energy", "external_work", "mouth_opening"):
+        assert other[name][-1] == pytest.approx(one[name][-1], rel=1e-9), name
