@@ -108,7 +108,8 @@ contains
       type(matter_t), intent(in) :: m
       type(constraints_t), intent(in) :: c
       type(interfaces_t), intent(in) :: old
-      integer :: k, d, last, k_last, next
+      integer :: k, d, last, k_last, next, first
+      first = interfaces%n + 1
       if (.not. any([(old%list(k)%law == support .and. any(abs(old%list(k)%opening) > 0), k=1, old%n)])) return
       do k = 1, old%n
          associate (spring => old%list(k))
@@ -138,10 +139,10 @@ contains
          integer, intent(in) :: last, next       !! nodes
          integer :: i
          is_taken = c%box(d, next) > 0
-         do i = 1, interfaces%n
+         do i = first, interfaces%n              ! the springs kept so far
             if (is_taken) return
             associate (other => interfaces%list(i))
-               is_taken = other%law == support .and. abs(other%normal(d)) > 0 .and. all(other%jump%node(:2) == [next, last])
+               is_taken = abs(other%normal(d)) > 0 .and. all(other%jump%node(:2) == [next, last])
             end associate
          end do
       end function is_taken
