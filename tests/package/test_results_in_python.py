@@ -135,6 +135,21 @@ def test_snapshots_are_blocks_of_pyvista(plate_result):
     np.testing.assert_array_equal(blocks["particles"].points[:, 0], particles.x.astype(blocks["particles"].points.dtype))
 
 
+@pytest.mark.verify
+def test_a_series_for_paraview_has_every_snapshot(plate_result, tmp_path):
+    """The file .pvd names each time with its blocks, whose numbers are those of the result."""
+    pyvista = pytest.importorskip("pyvista", reason="PyVista is not installed: tools/setup.sh verify")
+    snapshots = package.Snapshots(plate_result)
+    snapshots.to_paraview(tmp_path / "a & b.pvd")
+    series = pyvista.PVDReader(str(tmp_path / "a & b.pvd"))
+    np.testing.assert_array_equal(series.time_values, snapshots.times)
+    for number in range(len(snapshots)):
+        series.set_active_time_point(number)
+        blocks = series.read()[0]
+        assert set(blocks.keys()) == {"particles", "mesh", "cracks"}
+        np.testing.assert_array_equal(blocks["particles"]["stress_yy"], snapshots.to_xarray("particles", snapshot=number).stress_yy)
+
+
 def test_notebooks_show_tables_and_a_picture(plate_result, dcb_result):
     history = package.History(dcb_result)
     html = history._repr_html_()

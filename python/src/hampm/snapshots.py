@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,6 +132,20 @@ class Snapshots:
         reader.reader.UpdateInformation()
         reader.reader.UpdateTimeStep(float(self.times[self.number(snapshot, time)]))
         return reader.read()
+
+    def to_paraview(self, output: str | Path) -> None:
+        """The snapshots as a series in time that every ParaView shows as one animation: a file .pvd, and beside it a folder of its name with a file of each time.
+        ParaView before 5.13 needs it, as in Debian 12; PyVista writes it."""
+        output = Path(output)
+        names = [f"{output.stem}/{number:05}.vtm" for number in range(len(self))]
+        output.with_suffix("").mkdir(exist_ok=True)
+        try:
+            for number, name in enumerate(names):
+                self.to_pyvista(number).save(output.parent / name)
+        except ImportError as missing:
+            raise ResultError(f"{output}: {missing}; a series for ParaView needs PyVista (pip install pyvista)") from missing
+        sets = (f'<DataSet timestep="{float(time)!r}" file={quoteattr(name)}/>\n' for name, time in zip(names, self.times))
+        output.write_text(f'<VTKFile type="Collection" version="0.1"><Collection>\n{"".join(sets)}</Collection></VTKFile>\n')
 
     def __repr__(self) -> str:
         return f"{printable(self.path)}: {len(self)} snapshots of {', '.join(self.blocks)}, {self.times[0]:.4g} to {self.times[-1]:.4g} s"

@@ -1,4 +1,4 @@
-"""Write the history of a hampm result as text, time and the columns asked for, in full precision."""
+"""Write the history of a hampm result as text, time and the columns asked for, in full precision; or its snapshots for ParaView (-o A.pvd)."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ from typing import Any
 from ..errors import UNREADABLE, ResultError
 from ..history import History
 from ..scripts import Parser, refuse_to_replace
+from ..snapshots import Snapshots
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     options = parse(arguments)
+    if options.output.endswith(".pvd"):
+        return write_series(options)
     history = History(options.file, may_be_empty=True)
     if options.normalised:
         history.g_ref()
@@ -35,13 +38,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
         raise ResultError(f"{options.output}: cannot be written ({error.strerror})", UNREADABLE) from error
 
 
+def write_series(options: Namespace) -> None:
+    """The snapshots for ParaView."""
+    given = [word for word, is_given in (("--columns", options.columns != ["*"]), ("--normalised", options.normalised), ("--list", options.list),
+                                         ("--attribute", options.attribute)) if is_given]
+    if given:
+        raise ResultError(f"{given[0]}: is of the history, and a .pvd has the snapshots")
+    try:
+        Snapshots(options.file).to_paraview(options.output)
+    except OSError as error:
+        raise ResultError(f"{options.output}: cannot be written ({error.strerror})", UNREADABLE) from error
+
+
 def parse(arguments: Sequence[str] | None) -> Namespace:
     parser = Parser(__doc__)
     parser.add_argument("file", metavar="FILE.h5", help="result file of hampm")
     parser.add_argument("--columns", nargs="+", default=["*"], metavar="NAME",
                         help="columns to write after the time, * and ? allowed (default: all)")
-    parser.add_argument("--output", default="-", metavar="FILE",
-                        help="text file to write (default: -, standard output)")
+    parser.add_argument("-o", "--output", default="-", metavar="FILE",
+                        help="text file to write (default: -, standard output); a .pvd has the snapshots, as ParaView before 5.13 reads them")
     parser.add_argument("--normalised", action="store_true", help="divide every G_* by G_ref")
     other = parser.add_mutually_exclusive_group()
     other.add_argument("--list", action="store_true", help="write only the names of the columns, one a line")
