@@ -158,8 +158,8 @@ contains
                  'the load steps are too long for the law: the state is in balance, and external_work is not its work. '// &
                  'Give boxes of a &constraint that end on nodes, or more &method load_steps'
       end if
-      call warn(problem%state%when()//gained//three_digits(gain)//' J more than the loads have done work, '//three_digits(100*gain &
-                /measurements%largest_inner_energy)//' % of what the material stores. Likely cause: '//cause, gained, warning)
+      call warn(problem%state%when()//gained//three_digits(gain)//' J more than the loads have done work'// &
+                of_stored(gain, measurements)//'. Likely cause: '//cause, gained, warning)
    end subroutine check_energy_gain
 
    !> Warn, once, where energy has been lost by a notable part of the stored energy, also where the energy balance books it: usl
@@ -179,11 +179,20 @@ contains
       end associate
       if (lost <= noticed_gain*max(measurements%largest_inner_energy, problem%energies%damping_loss)) return
       if (lost <= max(rounding*max(measurements%largest_energy, measurements%initial_energy), measurements%rounding_energy)) return
-      call warn(problem%state%when()//fallen//three_digits(lost)//' J more than work and dissipation tell, '// &
-                three_digits(100*lost/measurements%largest_inner_energy)//' % of what the material stores: vibrations are '// &
-                'too small. Likely cause: waves of few cells are damped, as by cells that recombine; use smaller &grid cell'// &
-                other_scheme(problem), fallen, warning)
+      call warn(problem%state%when()//fallen//three_digits(lost)//' J more than work and dissipation tell'// &
+                of_stored(lost, measurements)//': vibrations are too small. Likely cause: waves of few cells are damped, as by '// &
+                'cells that recombine; use smaller &grid cell'//other_scheme(problem), fallen, warning)
    end subroutine check_energy_loss
+
+   !> An energy as a part of what the material stores, if that is not 0.
+   function of_stored(energy, measurements) result(text)
+      real(dp), intent(in) :: energy             !! [J]
+      type(measurements_t), intent(in) :: measurements
+      character(:), allocatable :: text
+      text = ''
+      if (measurements%largest_inner_energy > 0) &
+         text = ', '//three_digits(100*energy/measurements%largest_inner_energy)//' % of what the material stores'
+   end function of_stored
 
    !> What the energies of a run lack of the work on it and its first energy, also what the energy balance books as lost [J].
    pure real(dp) function missing_energy(problem, measurements) result(missing)
