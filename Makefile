@@ -76,7 +76,7 @@ endif
 LIBRARY += $(O)/processor.o
 TOOLS := $(addprefix $(O)/,forced_step newton_steps eigenvalue_limit)
 DRIVERS := $(addprefix $(O)/,results_driver fuzz_driver)
-MEASURED := $(addprefix $(O)/,bench_step minimal_step)
+MEASURED := $(O)/bench_step
 UNIT_PROGRAMS := $(patsubst %.o,%,$(call objects,$(UNIT_TESTS)))
 PROGRAMS := $(PROGRAM) $(TOOLS) $(DRIVERS) $(MEASURED) $(UNIT_PROGRAMS)
 
@@ -291,7 +291,7 @@ program: $(PROGRAM)
 tools: $(TOOLS) $(DRIVERS)
 
 # flang has no underflow modes
-unit: $(UNIT_PROGRAMS) tools $(call objects,$(filter-out $(if $(solid)$(filter portable,$(build)),%/minimal_step.f90),$(wildcard bench/*.f90)))
+unit: $(UNIT_PROGRAMS) tools $(call objects,$(wildcard bench/*.f90))
 
 clean:  ## remove what was built; results stay
 	rm -rf build
