@@ -10,6 +10,7 @@ stands for the rest, as numbers and names. Its cause follows "Likely cause:" or 
 
 import re
 import sys
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,6 +35,7 @@ VERBS = ("add allow ask begin build choose end fix give hold increase install ke
          "resume run see set shorten smaller take try use write").split()
 REMEDY = re.compile(r"(?:^|(?:[;:.,](?: or)?|\)) +)((?:" + "|".join(VERBS) + r")\b.*)", re.IGNORECASE)
 GAP, LEAST, DEEPEST, WAYS = "…", 13, 3, 8  # letters of a message; names in names; texts that one call may have
+FIRST, SHARED = 16, 3  # words of a message on the page; messages with one cause and remedy, which the page then says once
 USUAL = [  # what a message contains, a cause and a remedy, where it tells of none itself
     ("cannot be resumed", "the checkpoint is damaged, or of another version", "resume an older checkpoint by the same program, or begin anew"),
     ("the tip the strain", "strain is large there", "use J, not K, and a law for large strain"),
@@ -92,6 +94,12 @@ class Message:
     begins: str
     cause: str
     remedy: str
+
+    @property
+    def ending(self):
+        """Cause and remedy, which messages may share; of a remedy of `OF_INPUT` with a cause of its own the remedy alone."""
+        own = self.kind == "input" and any(self.remedy == row[2] and self.cause != row[1] for row in OF_INPUT)
+        return "" if own else self.cause.lower(), self.remedy.lower()
 
 
 class Source:
@@ -189,6 +197,7 @@ def found_in(path):
             kind, text = "input", (f"`{own[1]}`: {text}" if name in OF_KEYS and own[1] != GAP else text)
         text = re.sub(rf"({GAP} ?)+", f"{GAP} ", " ".join(text.replace("''", "'").split())).strip()
         text = re.sub(rf"{GAP} (?=['),.:;])", GAP, text)
+        text = re.sub(r"(.{12,}?)\1+", r"\1", text)  # of a text that is put before itself
         if len(re.sub(r"[^a-z]", "", text)) >= LEAST and not re.match(rf"({GAP} )?(or|and|when|its G|nothing opens)\b", text):
             yield Message(kind, *parts(text, kind))
 
@@ -200,6 +209,11 @@ def all_messages():
         for message in found_in(path):
             found.setdefault((message.kind, message.begins), message)
     return sorted(found.values(), key=lambda m: (list(TITLES).index(m.kind), re.sub(r"[^a-z]", "", m.begins.lower())))
+
+
+def shortened(text):
+    """The first words of a message, by which it is found."""
+    return text if len(text.split()) <= FIRST else " ".join(text.split()[:FIRST]).rstrip(",;:.…") + GAP
 
 
 def cell(text):
@@ -217,13 +231,14 @@ def page():
              "- a value outside of its range, or not among its choices: [keys](keys.md). [Places](places.md) has the reasons.", ""]
     for kind, (title, about) in TITLES.items():
         of_kind = [m for m in messages if m.kind == kind]
-        plain = [m for m in of_kind if (m.cause, m.remedy) == OF_INPUT[-1][1:]]
+        shared = {ending for ending, number in Counter(m.ending for m in of_kind).items() if number >= SHARED}
         lines += [f"## {title}", "", about, "", "| the message begins | cause | remedy |", "|---|---|---|"]
-        lines += [f"| {cell(m.begins)} | {cell(m.cause)} | {cell(m.remedy)} |" for m in of_kind if m not in plain]
-        if plain:
-            lines += ["", "These say themselves which value is needed. The value is another: give such a value; `--check` tries it without a run.", "",
-                      "| the message |", "|---|"]
-            lines += [f"| {cell(m.begins)} |" for m in plain]
+        lines += [f"| {cell(shortened(m.begins))} | {cell(m.cause)} | {cell(m.remedy)} |" for m in of_kind if m.ending not in shared]
+        for ending in sorted(shared):
+            rows = [m for m in of_kind if m.ending == ending]
+            said = ". ".join(part[:1].upper() + part[1:] for part in (ending[0] and rows[0].cause, rows[0].remedy) if part)
+            lines += ["", f"| {cell(said)}: |" + " cause |" * (not ending[0]), "|---|" + "---|" * (not ending[0])]
+            lines += [f"| {cell(shortened(m.begins))} |" + f" {cell(m.cause)} |" * (not ending[0]) for m in rows]
         lines.append("")
     return "\n".join(lines)
 
