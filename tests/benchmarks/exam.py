@@ -371,14 +371,14 @@ def page_tables(rows):
             **parted("suites", ["suite", "what", "numbers", "hold", "median deviation [%]", "largest [%]", "median error bar [%]", "time [s]"], list(suite_rows(rows))),
             **parted("failures", ["suite", "quantity", "numbers", "deviation [%]", "at fault", "cause"], failures),
             **parted("others", ["suite", "quantity", "case", "published", "hampm [%]", "error bar [%]", "other program"], others),
-            **parted("best", ["suite", "case", "asked [%]", "error bar, deviation [%]", "time [s]", "by hand [%]", "time [s]", "over", "by hand"], best_rows()),
+            **parted("best", ["suite", "case", "error bar, deviation [%]", "time [s]", "by hand [%]", "time [s]", "over"], best_rows()),
             **parted("impossible", ["suite", "quantity", "not possible:"], [[row["suite"], row["quantity"], row["missing"]] for row in impossible()])}
 
 
 def best_rows():
     percents = lambda row, *names: ", ".join(f"{100*float(row[name]):.2g}" for name in names)  # noqa: E731
-    return [[row["suite"], row["case"], percents(row, "asked") if row["asked"] else "", percents(row, "error", "deviation"), row["seconds"], percents(row, "best_error", "best_deviation"),
-             row["best_seconds"], f"{float(row['seconds'])/float(row['best_seconds']):.1f}", row["best"]] for row in (read_table(BEST) if BEST.exists() else [])]
+    return [[row["suite"], row["case"], percents(row, "error", "deviation"), row["seconds"], percents(row, "best_error", "best_deviation"),
+             row["best_seconds"], f"{float(row['seconds'])/float(row['best_seconds']):.1f}"] for row in (read_table(BEST) if BEST.exists() else [])]
 
 
 def parted(name, head, rows):
