@@ -249,14 +249,17 @@ def of_program(program=PROGRAM):
 
 
 def matrix(rules):
-    """The matrix as lines of Markdown: a table for each part."""
+    """The matrix as lines of Markdown: a table for each part. Features with the same verdicts share a row, and yes is a blank."""
     for title, rows in TABLES.items():
         yield f"**{title}**"
         yield ""
         yield "| | " + " | ".join(COLUMNS) + " |"
         yield "|---|" + "---|" * len(COLUMNS)
+        alike = {}
         for name, feature in rows.items():
-            yield f"| {name} | " + " | ".join(rules.verdict(feature, column) for column in COLUMNS.values()) + " |"
+            alike.setdefault(tuple(rules.verdict(feature, column).replace(YES, "") for column in COLUMNS.values()), []).append(name)
+        for verdicts, names in alike.items():
+            yield f"| {', '.join(names)} | " + " | ".join(verdicts) + " |"
         yield ""
 
 
