@@ -421,7 +421,7 @@ def draw_law(rows, path):
     for panel, title in zip(panels, ("G over the toughness, mean and scatter", "energy that faces take, over toughness times area")):
         panel.axhline(1, color="black", linewidth=0.6)
         panel.axhspan(0.98, 1.02, color="black", alpha=0.07)
-        panel.set(xscale="log", xlabel="v/c_R", title=title)
+        panel.set(xscale="log", xlabel="$v/c_R$", title=title)
         panel.title.set_fontsize(9)
     panels[0].legend(fontsize=8)
     figure.tight_layout()

@@ -37,10 +37,11 @@ def draw_stress(axes, path, half, unit, label):
         x = data["Points"][-n:, :2]
         stress = data["PointData"]["stress_yy"][-n:].ravel() / unit
     near = np.all(np.abs(x) < half, axis=1)
-    shown = axes.tripcolor(x[near, 0], x[near, 1], np.clip(stress[near], -0.5, 3), shading="gouraud", cmap="viridis")
+    top = np.quantile(np.abs(stress[near]), 0.997)
+    shown = axes.tripcolor(x[near, 0], x[near, 1], stress[near], shading="gouraud", cmap="RdYlBu_r", vmin=-top, vmax=top)
     axes.plot([-1, 1], [0, 0], "k-", lw=1)
-    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", xlim=(-half, half), ylim=(-half, half))
-    plt.colorbar(shown, ax=axes, label=label, shrink=0.8)
+    axes.set(aspect="equal", xlabel="$x$ [m]", ylabel="$y$ [m]", xlim=(-half, half), ylim=(-half, half))
+    plt.colorbar(shown, ax=axes, label=label, shrink=0.8, extend="both")
 
 
 def interface(program, folder):
@@ -59,7 +60,7 @@ def interface(program, folder):
         epsilon = math.log((kappa + 1 / ratio) / (kappa / ratio + 1)) / (2 * math.pi)
         exact.append((ratio, (1 + 2j * epsilon) * cmath.exp(-1j * epsilon * math.log(2)) * math.sqrt(math.pi)))
     figure, (left, middle, right) = plt.subplots(1, 3, figsize=(11, 3.4), layout="constrained")
-    draw_stress(left, folder / "interface_10.h5", 3, TENSION, "stress yy over the tension")
+    draw_stress(left, folder / "interface_10.h5", 3, TENSION, r"$\sigma_{yy}$ over the tension")
     for axes, values, of, label in ((middle, size, lambda k: k.real, r"$K_I$ at 1 m over $\sigma$ [m$^{1/2}$]"), (right, phase, lambda k: math.degrees(cmath.phase(k)), "phase at 1 m [degrees]")):
         axes.semilogx([ratio for ratio, _ in exact], [of(k) for _, k in exact], "k-", label="Rice & Sih (1965)")
         axes.semilogx(ratios, values, "o", label="hampm")
@@ -76,7 +77,7 @@ def graded(program, folder):
         ends = f"{math.exp(-16 * beta)!r},{math.exp(16 * beta)!r}"
         row = run(program, folder, "graded_plate", f"graded_{beta}", f"body.profile_stiffness={ends}")
         found.append([row["K_I"], row["K_I_tip2"]])
-    draw_stress(left, folder / "graded_0.5.h5", 3, 1e6, "stress yy over E_0 eps")
+    draw_stress(left, folder / "graded_0.5.h5", 3, 1e6, r"$\sigma_{yy}/(E_0 \epsilon)$")
     exact = np.array([intensities(beta) for beta in gradients])
     for tip, name in enumerate(("stiff", "soft")):
         right.plot(gradients, exact[:, tip], "k-", label="integral equation" if tip == 0 else None)
