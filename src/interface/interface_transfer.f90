@@ -116,7 +116,8 @@ contains
       type(interface_point_t), intent(in) :: before, point
       is_predecessor = before%line == point%line .and. (before%law == point%law .and. before%tip == point%tip .or. &
                                                         before%law == releasing .and. point%law == contact)
-      if (is_predecessor .and. point%law == support) is_predecessor = norm(before%normal - point%normal) <= same
+      if (is_predecessor .and. point%law == support) is_predecessor = norm(before%normal - point%normal) <= same .and. &
+         max(norm(before%place - point%place), norm(before%middle - point%middle)) <= same*point%cell
    end function is_predecessor
 
    !> Copy the state of faces: damage; or, per length, pressure and friction force, and separated faces stay so. Overlap and sliding

@@ -101,48 +101,57 @@ contains
    end function has_springs
 
    !> In motion keep springs that anything has stretched, between the nodes that are at their places now, with stiffness and state:
-   !> others would hold another force, and energy that nothing has given. At rest, where springs follow the displacement since the
-   !> start, each mesh has its own.
+   !> others would hold another force, and energy that nothing has given. Of nodes at one place, as on both sides of a crack or of
+   !> bodies that meet, it is that with the material on the side of the spring's. At rest, where springs follow the displacement
+   !> since the start, each mesh has its own.
    pure subroutine keep_springs(interfaces, m, c, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       type(constraints_t), intent(in) :: c
       type(interfaces_t), intent(in) :: old
-      integer :: k, d, last, k_last, next, first
+      integer, allocatable :: nodes(:)
+      integer :: k, j, d, last, next, first
+      real(dp) :: stiffness, side(ndim), farthest
       first = interfaces%n + 1
       if (.not. any([(old%list(k)%law == support .and. any(abs(old%list(k)%opening) > 0), k=1, old%n)])) return
       do k = 1, old%n
          associate (spring => old%list(k))
             if (spring%law /= support) cycle
             d = maxloc(abs(spring%normal), dim=1)
+            last = findloc([(c%box(d, c%node(j)) > 0 .and. is_at(c%node(j), spring%middle), j=1, size(c%node))], .true., dim=1)
+            if (last == 0) cycle
+            nodes = pack([(j, j=1, m%grid%n_nodes)], [(is_at(j, spring%origin), j=1, m%grid%n_nodes)])
+            farthest = huge(farthest)
             next = 0
-            do k_last = 1, size(c%node)
-               last = c%node(k_last)
-               if (c%box(d, last) == 0 .or. .not. is_at(last, spring%middle)) cycle
-               next = node_at_end(last, spring%origin)
-               if (next > 0) then
-                  if (.not. is_taken(last, next)) exit
-                  next = 0
-               end if
+            do j = 1, size(nodes)
+               if (is_taken(spring, nodes(j))) cycle
+               call look_around(m, nodes(j), stiffness, side)
+               if (.not. stiffness > 0) cycle    ! no material
+               side = side - (spring%place - spring%origin)/spring%cell
+               if (norm(side) >= farthest) cycle
+               farthest = norm(side)
+               next = nodes(j)
             end do
             if (next == 0) cycle
             call add_interface_point(interfaces, support)
             interfaces%list(interfaces%n) = spring
-            interfaces%list(interfaces%n)%jump%node(:2) = [next, last]
+            interfaces%list(interfaces%n)%jump%node(:2) = [next, c%node(last)]
          end associate
       end do
 
    contains
 
-      !> Whether a node is held, or has a spring to that last node: between two supports it has one to either.
-      pure logical function is_taken(last, next)
-         integer, intent(in) :: last, next       !! nodes
+      !> Whether a node is held, or has such a spring: between two supports it has one to either.
+      pure logical function is_taken(spring, node)
+         type(interface_point_t), intent(in) :: spring
+         integer, intent(in) :: node
          integer :: i
-         is_taken = c%box(d, next) > 0
+         is_taken = c%box(d, node) > 0
          do i = first, interfaces%n              ! the springs kept so far
             if (is_taken) return
             associate (other => interfaces%list(i))
-               is_taken = abs(other%normal(d)) > 0 .and. all(other%jump%node(:2) == [next, last])
+               is_taken = abs(other%normal(d)) > 0 .and. other%jump%node(1) == node .and. &
+                          all(abs(other%middle - spring%middle) <= m%grid%forest%tolerance())
             end associate
          end do
       end function is_taken
@@ -153,44 +162,6 @@ contains
          real(dp), intent(in) :: x(ndim)         !! [m]
          is_at = all(abs(m%grid%node_position(:, node) - x) <= m%grid%forest%tolerance())
       end function is_at
-
-      !> The node with material at a place; where nodes on both sides of a crack, or of bodies that meet, are there, the one that a
-      !> straight way through material leads to, along lines between cells. 0 if there is none.
-      pure integer function node_at_end(from, x) result(node)
-         integer, intent(in) :: from             !! node
-         real(dp), intent(in) :: x(ndim)         !! [m]
-         integer, allocatable :: around(:)
-         real(dp) :: way(ndim), step(ndim), nearest
-         integer :: n, k, best
-         logical :: are_there(m%grid%n_nodes)
-         do n = 1, m%grid%n_nodes
-            are_there(n) = is_at(n, x)
-            if (.not. are_there(n)) cycle
-            associate (cells => m%grid%dofs%elements_at(n))
-               are_there(n) = any([(m%blocks%count_in(cells(k)) > 0, k=1, size(cells))])
-            end associate
-         end do
-         node = findloc(are_there, .true., dim=1)
-         if (count(are_there) < 2) return
-         node = from
-         do n = 1, m%grid%n_nodes
-            if (is_at(node, x)) return
-            way = x - m%grid%node_position(:, node)
-            around = neighbours_of(m, node)
-            best = 0
-            nearest = norm(way) + m%grid%forest%tolerance()
-            do k = 1, size(around)
-               step = m%grid%node_position(:, around(k)) - m%grid%node_position(:, node)
-               if (norm(step - dot_product(step, way)/sum(way**2)*way) > m%grid%forest%tolerance()) cycle
-               if (.not. dot_product(step, way) > 0 .or. norm(step) > nearest) cycle
-               nearest = norm(step)
-               best = around(k)
-            end do
-            if (best == 0) exit
-            node = best
-         end do
-         node = 0
-      end function node_at_end
    end subroutine keep_springs
 
    !> Let no cells recombine in motion to one that has the end of a support with springs between its nodes: the last nodes of the
@@ -250,34 +221,35 @@ contains
       integer, intent(in) :: k                   !! the box
       integer, intent(in) :: last, next          !! nodes
       real(dp), intent(in) :: parts(ndim)        !! of the way between them to where the box ends, 1 where they are abreast [-]
-      real(dp) :: part, share, stiffness, of_component, opening(ndim)
+      real(dp) :: part, share, stiffness, of_component, opening(ndim), side(ndim)
       integer :: d, i
       stiffness = 0
       part = product(parts)
       associate (box => c%boxes(k), x => m%grid%node_position(:, next))
          do d = 1, ndim
-            if (c%box(d, last) /= k .or. c%box(d, next) > 0) cycle
+            if (c%box(d, last) /= k .or. c%box(d, next) > 0 .or. spring_of(d, kept + 1, interfaces%n) > 0) cycle
             if (count(parts < 1) > 1) then
                if (is_held_between(d)) cycle
             end if
             if (stiffness <= 0) then
-               stiffness = part/(1 - part)*stiffness_around(m, next)
+               call look_around(m, next, stiffness, side)
+               stiffness = part/(1 - part)*stiffness
                opening = displacement_of(next) - displacement_of(last)
             end if
             of_component = across
             if (box%upper(d) - box%lower(d) > m%grid%forest%tolerance()) of_component = aside
             share = (1 - parts(d))/sum(1 - parts) ! so corners go over into ends along either edge
             of_component = share*onward + (1 - share)*of_component
-            i = findloc([(is_near(interfaces%list(i)), i=1, kept)], .true., dim=1)
-            if (i > 0) then                      ! as material moves into its cells a spring grows firmer under its force
+            i = spring_of(d, 1, kept)
+            if (i > 0 .and. .not. m%particles%total_frame) then ! as material moves into its cells it grows firmer under its force
                associate (point => interfaces%list(i))
-                  if (m%particles%total_frame .or. norm(point%origin - x) > m%grid%forest%tolerance()) cycle
-                  if (of_component*stiffness <= point%stiffness) cycle
-                  point%opening = point%stiffness/(of_component*stiffness)*point%opening
-                  point%stiffness = of_component*stiffness
+                  if (of_component*stiffness > point%stiffness) then
+                     point%opening = point%stiffness/(of_component*stiffness)*point%opening
+                     point%stiffness = of_component*stiffness
+                  end if
                end associate
-               cycle
             end if
+            if (i > 0 .or. any([(is_near(interfaces%list(i)), i=1, kept)])) cycle
             call add_interface_point(interfaces, support)
             associate (point => interfaces%list(interfaces%n))
                point%jump%node(:2) = [next, last]
@@ -286,16 +258,29 @@ contains
                point%normal = identity(:, d)
                point%stiffness = of_component*stiffness
                point%opening = opening
-               point%place = x
                point%middle = m%grid%node_position(:, last)
                point%origin = x
                point%cell = m%grid%smallest_leaf_at(next)
+               point%place = x + point%cell*side
                point%length = part*point%cell
             end associate
          end do
       end associate
 
    contains
+
+      !> Number of the spring of this component from the place of the last node to the next one, of some springs; 0: none.
+      pure integer function spring_of(d, first, final)
+         integer, intent(in) :: d                !! component
+         integer, intent(in) :: first, final     !! numbers of the springs
+         do spring_of = final, first, -1
+            associate (spring => interfaces%list(spring_of))
+               if (spring%jump%node(1) == next .and. abs(spring%normal(d)) > 0 .and. &
+                   all(abs(spring%middle - m%grid%node_position(:, last)) <= m%grid%forest%tolerance())) return
+            end associate
+         end do
+         spring_of = 0
+      end function spring_of
 
       !> Whether a node beside both is held in this component, from which an edge leads to the next one: a corner is none then.
       pure logical function is_held_between(d) result(is_held)
@@ -332,23 +317,31 @@ contains
    end subroutine add_springs
 
    !> E' of the material around a node times the thickness, times the filled part of half of its cells; in solids times size [N/m].
-   !> A quarter of a quadratic cell is filled as the cell is: an odd number of particles stand on the lines between quarters.
-   pure real(dp) function stiffness_around(m, node) result(stiffness)
+   !> A quarter of a quadratic cell is filled as the cell is: an odd number of particles stand on the lines between quarters. And
+   !> the mean way from the node to this material, in sizes of its cells [-].
+   pure subroutine look_around(m, node, stiffness, side)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: node
+      real(dp), intent(out) :: stiffness, side(ndim)
+      real(dp) :: part
       integer :: e, i, k
       stiffness = 0
-      associate (around => m%grid%dofs%elements_at(node), b => m%blocks)
+      side = 0
+      associate (around => m%grid%dofs%elements_at(node), b => m%blocks, x => m%grid%node_position(:, node))
          do k = 1, size(around)
-            associate (first => m%grid%first_of_piece(around(k)), last => m%grid%last_of_piece(around(k)))
+            associate (first => m%grid%first_of_piece(around(k)), last => m%grid%last_of_piece(around(k)), &
+                       cell => m%grid%element_size(around(k)))
                do e = first, last
                   do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-                     stiffness = stiffness + m%materials(m%particles%material(i))%plane_modulus()*m%particles%volume(i) &
-                                 /(2**(ndim - 1)*m%grid%element_size(around(k))**2*(last - first + 1))
+                     part = m%materials(m%particles%material(i))%plane_modulus()*m%particles%volume(i) &
+                            /(2**(ndim - 1)*cell**2*(last - first + 1))
+                     stiffness = stiffness + part
+                     side = side + part*(m%particles%place_in_grid(i) - x)/cell
                   end do
                end do
             end associate
          end do
       end associate
-   end function stiffness_around
+      if (stiffness > 0) side = side/stiffness
+   end subroutine look_around
 end module hampm_part_supports
