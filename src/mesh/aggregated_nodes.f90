@@ -4,8 +4,8 @@
 !> no cell filled by a part `least_fill` at least has no degrees of freedom: it hangs on the nodes of a fuller cell beside one of
 !> its own, by the extrapolated shape functions of that cell, or else on the root cell of a neighbour, as at a sharp corner. Of
 !> equally full or near cells it takes the one towards the material: mirror images agree. Displacements stay continuous, linear ones
-!> exact. Cells beside cells of another size, and cut cells and their neighbours, keep their nodes. Beside a crack along a line or
-!> plane of the grid a node has a copy for each face, which hangs on a cell on its own side.
+!> exact. Cells beside cells of another size, and cut cells and their neighbours, keep their nodes. Beside a crack along the grid a
+!> node has a copy for each face, which hangs on its own side; ahead of it one as near to cells on both sides hangs on both.
 !>
 !> Source: Badia, Verdugo & Martin, The aggregated unfitted finite element method for elliptic problems, Computer Methods in Applied
 !> Mechanics and Engineering 336 (2018) 533-553.
@@ -34,7 +34,7 @@ module hampm_aggregated_nodes
    !> Which places are aggregated nodes, and the leaf on whose nodes each hangs.
    type :: aggregated_nodes_t
       type(place_table_t) :: places              !! as the leaves see them
-      integer, allocatable :: root_cell(:)       !! by number of the place in the table
+      integer, allocatable :: root_cell(:, :)    !! by number of the place in the table; two, the second 0, but ahead of a crack
       integer, allocatable, private :: root_cell_of_leaf(:) !! of each nearly empty leaf whose nodes may hang, 0 of others
    contains
       procedure :: are_there
@@ -67,14 +67,14 @@ contains
       if (allocated(self%root_cell_of_leaf)) has_root_cell = self%root_cell_of_leaf(leaf) > 0
    end function has_root_cell
 
-   !> Weights of the corners of the root cell of an aggregated node.
-   pure function weights(self, forest, number, place) result(weight)
+   !> Weights of the corners of a root cell of an aggregated node.
+   pure function weights(self, forest, number, which, place) result(weight)
       class(aggregated_nodes_t), intent(in) :: self
       type(forest_t), intent(in) :: forest
-      integer, intent(in) :: number              !! of the node
+      integer, intent(in) :: number, which       !! of the node, and of its root cell
       integer(long), intent(in) :: place(ndim)   !! where it is
       real(dp) :: weight(corners)
-      associate (leaf => self%root_cell(number))
+      associate (leaf => self%root_cell(which, number))
          weight = shape_functions(real(place - forest%place_of(leaf), dp)/level_width(forest%level_of(leaf)))
       end associate
    end function weights
@@ -110,7 +110,7 @@ contains
       if (all(root_cells == 0)) return
       allocate (aggregated%root_cell_of_leaf, source=root_cells)
       call aggregated%places%reserve(corners*count(root_cells > 0), status)
-      allocate (aggregated%root_cell(corners*count(root_cells > 0)), source=0)
+      allocate (aggregated%root_cell(2, corners*count(root_cells > 0)), source=0)
       do leaf = 1, size(fill)
          if (root_cells(leaf) == 0) cycle
          do c = 1, corners
@@ -172,7 +172,7 @@ contains
       do side = 1, size(sides, 2)
          next = neighbour(forest, leaf, sides(:, side))
          if (next == outside) cycle
-         if (fill(next) < least_fill .or. is_parted(forest, planes, leaf, next)) cycle
+         if (fill(next) < least_fill .or. is_parted(forest, cut_cells, planes, leaf, next)) cycle
          if (root_cell > 0) then
             if (.not. is_first(-fill(next), -fill(root_cell), distance_to(forest, next, centre), &
                                distance_to(forest, root_cell, centre))) cycle
@@ -195,7 +195,7 @@ contains
       do side = 1, size(sides, 2)
          next = neighbour(forest, leaf, sides(:, side))
          if (next == outside) cycle
-         if (root_cells(next) == 0 .or. is_parted(forest, planes, leaf, next)) cycle
+         if (root_cells(next) == 0 .or. is_parted(forest, cut_cells, planes, leaf, next)) cycle
          if (is_across(forest, cut_cells, leaf, root_cells(next))) cycle
          if (root_cell > 0) then
             associate (x => forest%middle_of(leaf), other => root_cells(next))
@@ -234,20 +234,21 @@ contains
       if (other > 0 .and. cut_cells%are_there()) is_across = cut_cells%divide(forest%middle_of(leaf), forest%middle_of(other))
    end function is_across
 
-   !> Whether a crack in a plane of the grid is open between two leaves of one size, one beside the other.
-   pure logical function is_parted(forest, planes, leaf, other)
+   !> Whether a crack along a line or plane of the grid is open between two leaves of one size, one beside the other.
+   pure logical function is_parted(forest, cut_cells, planes, leaf, other)
       type(forest_t), intent(in) :: forest
+      type(cut_cells_t), intent(in) :: cut_cells
       type(plane_cut_t), allocatable, intent(in) :: planes(:)
       integer, intent(in) :: leaf, other
       integer(long) :: place(ndim)
       integer :: c
       is_parted = .false.
-      if (.not. allocated(planes)) return
+      if (.not. (allocated(planes) .or. cut_cells%are_there())) return
       do c = 1, corners
          place = forest%place_of(leaf) + corner_offset(c)*level_width(forest%level_of(leaf))
          if (any(place < forest%place_of(other) .or. &
                  place > forest%place_of(other) + level_width(forest%level_of(other)))) cycle
-         is_parted = any(seen_beside(planes, forest, leaf, place) /= seen_beside(planes, forest, other, place))
+         is_parted = any(seen_from(forest, cut_cells, planes, leaf, place) /= seen_from(forest, cut_cells, planes, other, place))
          if (is_parted) return
       end do
    end function is_parted
@@ -286,7 +287,7 @@ contains
       type(aggregated_nodes_t), intent(inout) :: aggregated
       real(dp) :: middle(ndim), filled
       integer(long) :: seen(ndim)
-      integer :: around(corners), c, root_cell, number
+      integer :: around(corners), c, root_cell, twin, number
       seen = seen_from(forest, cut_cells, planes, leaf, place)
       root_cell = 0
       middle = 0
@@ -305,15 +306,30 @@ contains
       middle = middle/filled
       do c = 1, corners
          if (around(c) == outside) cycle
-         associate (other => root_cells(around(c)), x => forest%position(place))
-            if (root_cell > 0) then
-               if (.not. is_first(distance_to(forest, other, x), distance_to(forest, root_cell, x), &
-                                  distance_to(forest, other, middle), distance_to(forest, root_cell, middle))) cycle
-            end if
-            root_cell = other
+         if (root_cell > 0) then
+            if (.not. is_nearer(root_cells(around(c)), root_cell)) cycle
+         end if
+         root_cell = root_cells(around(c))
+      end do
+      twin = 0
+      do c = 1, corners
+         if (around(c) == outside) cycle
+         associate (other => root_cells(around(c)))
+            if (.not. is_nearer(root_cell, other) .and. is_parted(forest, cut_cells, planes, root_cell, other)) twin = other
          end associate
       end do
       call aggregated%places%enter(seen, number)
-      aggregated%root_cell(number) = root_cell
+      aggregated%root_cell(:, number) = [root_cell, twin]
+
+   contains
+
+      !> Whether one cell is nearer to the corner than another, or as near and nearer to the material.
+      pure logical function is_nearer(one, other)
+         integer, intent(in) :: one, other       !! leaves
+         associate (x => forest%position(place))
+            is_nearer = is_first(distance_to(forest, one, x), distance_to(forest, other, x), &
+                                 distance_to(forest, one, middle), distance_to(forest, other, middle))
+         end associate
+      end function is_nearer
    end subroutine add_corner
 end module hampm_aggregated_nodes

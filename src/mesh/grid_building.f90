@@ -420,30 +420,35 @@ contains
          end do
       end associate
       if (grid%aggregated_nodes%are_there()) then
-         call add_aggregated_nodes()
+         do leaf = 1, grid%forest%leaf_count()
+            do k = 1, corners
+               call add_aggregated_node(corner_of_leaf(grid, leaf, 1, k), place_of_corner(grid, leaf, k))
+            end do
+         end do
          do middle = 1, size(count_of)
             call follow_aggregated_nodes()
          end do
       end if
       call grid%dofs%set_masters(grid%n_nodes, count_of, node, weight)
    contains
-      !> Let aggregated nodes hang on the corners of their root cells.
-      subroutine add_aggregated_nodes()
-         integer(long) :: place(ndim)
-         integer :: root_cell, point, aggregated
-         do leaf = 1, grid%forest%leaf_count()
-            do k = 1, corners
-               place = corner_of_leaf(grid, leaf, 1, k)
-               aggregated = grid%aggregated_nodes%number_at(place)
-               if (aggregated == 0) cycle
-               root_cell = grid%aggregated_nodes%root_cell(aggregated)
-               point = points%number_of(place) - grid%n_nodes
-               count_of(point) = corners
-               node(:corners, point) = [(points%number_of(corner_of_leaf(grid, root_cell, 1, side)), side=1, corners)]
-               weight(:corners, point) = grid%aggregated_nodes%weights(grid%forest, aggregated, place_of_corner(grid, leaf, k))
+      !> Let an aggregated node hang on the corners of its root cells.
+      subroutine add_aggregated_node(seen, place)
+         integer(long), intent(in) :: seen(ndim), place(ndim) !! where it is, as a leaf sees it
+         real(dp) :: part(corners)
+         integer :: number, which
+         number = grid%aggregated_nodes%number_at(seen)
+         if (number == 0) return
+         associate (root_cell => grid%aggregated_nodes%root_cell(:, number))
+            middle = points%number_of(seen) - grid%n_nodes
+            count_of(middle) = 0
+            do which = 1, count(root_cell > 0)
+               part = grid%aggregated_nodes%weights(grid%forest, number, which, place)/count(root_cell > 0)
+               do side = 1, corners
+                  call add_master(points%number_of(corner_of_leaf(grid, root_cell(which), 1, side)), part(side))
+               end do
             end do
-         end do
-      end subroutine add_aggregated_nodes
+         end associate
+      end subroutine add_aggregated_node
 
       !> Let the hanging node in the middle follow the masters of aggregated nodes among its own.
       subroutine follow_aggregated_nodes()

@@ -528,3 +528,23 @@ def test_a_crack_along_a_line_of_the_grid_opens_alike_in_a_mirror_at_an_edge_tha
     one, other = (run(hampm, SLIVERS.format(**numbers)) for numbers in (places, image))
     for name in ("strain_energy", "external_work", "mouth_opening"):
         assert other[name][-1] == pytest.approx(one[name][-1], rel=1e-9), name
+
+
+AHEAD = """&run end_time = 1.0 /
+&grid lower = 0.0, 0.0, -2.0  cell = 1.0  cells = 6, 5, 4 /
+&material name = 'm'  young = 1e4  density = 1e3 /
+&body material = 'm'  points_per_cell = 3  shape = 'cylinder'  lower = 2.5, 2.5, -2.0  upper = 2.5, 2.5, 2.0  radius = 2.5 /
+&crack kind = 'plane'  normal = 'z'  front = 'straight'  tip = 4.0, 2.5, 0.0  direction = 1.0, 0.0, 0.0 /
+&constraint lower = 0.0, 0.0, {low[0]}  upper = 5.0, 5.0, {high[0]}  fix = 'xyz' /
+&load kind = 'pressure'  lower = 0.0, 0.0, {low[1]}  upper = 6.0, 5.0, {high[1]}  pressure = 1.0 /
+&method time = 'static' /
+&energy_release estimators = /
+"""
+
+
+def test_a_node_ahead_of_a_crack_along_the_grid_hangs_on_both_sides_of_it(hampm3d):
+    """A node of nearly empty cells that is as near to fuller ones above and below a crack hung on one side: where faces of these were open, mirror images had energies up to 3 % apart.
+    In the plane no tip is so near to a surface."""
+    one, other = (run(hampm3d, AHEAD.format(**boxes)) for boxes in (dict(low=(-3.0, 0.2), high=(-1.0, 3.0)), dict(low=(1.0, -3.0), high=(3.0, -0.2))))
+    for name in ("strain_energy", "external_work"):
+        assert other[name][-1] == pytest.approx(one[name][-1], rel=1e-9), name
