@@ -6,7 +6,7 @@ module hampm_crack_values
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
    use hampm_material, only: material_t
-   use hampm_estimated_errors, only: estimated_errors_t, arrival_t, archive_errors, archive_column, archive_arrival, &
+   use hampm_estimated_errors, only: estimated_errors_t, arrival_t, archive_errors, archive_column, archive_arrival, book_largest, &
                                      hardly
    use hampm_estimator, only: estimator_t, estimate_t, total
    use hampm_moving_average, only: moving_average_t, archive_average
@@ -52,6 +52,7 @@ module hampm_crack_values
       type(recorded_t) :: recorded
    contains
       procedure :: best
+      procedure :: book
       procedure :: error_of_t_stress
       procedure :: times
       procedure :: is_above_error
@@ -66,6 +67,21 @@ module hampm_crack_values
    end type best_t
 
 contains
+
+   !> Book the values so far as those of the run, of which errors have a part, or forget which have been tried since.
+   pure elemental subroutine book(self, is_of_run)
+      class(crack_values_t), intent(inout) :: self
+      logical, intent(in) :: is_of_run
+      integer :: k
+      associate (errors => self%errors)
+         call book_largest(errors%domain, is_of_run)
+         call book_largest(errors%intensity, is_of_run)
+         call book_largest(errors%j, is_of_run)
+      end associate
+      do k = 1, size(self%estimates)
+         call book_largest(self%estimates(k)%error, is_of_run)
+      end do
+   end subroutine book
 
    !> Nothing measured yet.
    subroutine new_crack_values(chosen, t_stress, tip, material, moves, in_sets, cells_divide, values)

@@ -9,8 +9,8 @@ module hampm_estimated_errors
    implicit none
    private
    public :: error_t, estimated_errors_t, seen_speed_t, static_columns_t, relative_errors, in_all, follow, follow_speed, &
-             archive_errors, archive_column, hardly, uncertainty, recent_t, pace_t, arrival_t, is_new_slot, slot_of, add_recent, &
-             is_sample, needs_sample, waves_of, archive_recent, archive_arrival, archive_seen
+             book_largest, archive_errors, archive_column, hardly, uncertainty, recent_t, pace_t, arrival_t, is_new_slot, slot_of, &
+             add_recent, is_sample, needs_sample, waves_of, archive_recent, archive_arrival, archive_seen
 
    !> Part of the largest value so far of which there is always the relative error: where a value passes through zero, a small
    !> shift in time is an error of the size of its neighbours.
@@ -71,6 +71,7 @@ module hampm_estimated_errors
       type(recent_t) :: recent                   !! values, in motion
       real(dp) :: relative = 0                   !! with the cells of the start [-]
       real(dp) :: largest = 0                    !! size of the largest value so far, in the unit of the column
+      real(dp) :: booked = 0                     !! the same, of states of the run alone: at rest loads are tried
       real(dp) :: lasting = 0                    !! of the latest value, without waves that cells cannot carry, in that unit
       real(dp) :: now = 0                        !! of the latest value, in the unit of the column
    end type error_t
@@ -284,6 +285,14 @@ contains
       error%now = error%recent%with_waves(error%lasting)
    end subroutine follow
 
+   !> Book the largest value so far as one of the run, or forget what has been tried since the last booking.
+   pure elemental subroutine book_largest(error, is_of_run)
+      type(error_t), intent(inout) :: error
+      logical, intent(in) :: is_of_run
+      if (is_of_run) error%booked = error%largest
+      error%largest = error%booked
+   end subroutine book_largest
+
    !> Follow the speed of a tip or a front, and find the part of G by which domains are off: they see its waves late, about as shear
    !> waves cross three cells, as G is nearly 1 - v/c of that at rest (Freund 1990, section 6.4); and lumped masses lose some. By
    !> its law G is the toughness.
@@ -325,6 +334,7 @@ contains
       call archive_column(errors%intensity, 'intensity', archive)
       call archive%serialise('j_relative', errors%j%relative)
       call archive%serialise('j_largest', errors%j%largest)
+      if (archive%is_read) call book_largest(errors%j, is_of_run=.true.)
       call archive_recent(errors%j%recent, 'j', archive)
       call archive_seen(errors%seen, archive)
       call archive%archive_reals('apart', modes, errors%apart)
@@ -342,6 +352,7 @@ contains
       integer :: mode
       call archive%archive_reals(name//'_relative', modes, errors%relative)
       call archive%archive_reals(name//'_largest', modes, errors%largest)
+      if (archive%is_read) call book_largest(errors, is_of_run=.true.)
       do mode = 1, modes
          call archive_recent(errors(mode)%recent, name//repeat('_I', mode), archive)
       end do

@@ -262,6 +262,7 @@ contains
       real(dp), intent(in), optional :: time     !! [s]
       s%growing%load_factor = factor
       call s%integrator%rescale(s%problem, factor, failure, time)
+      call s%measurements%crack%book(is_of_run=.false.)
       call measure_state(s, failure, in_passing=.true.)
       if (s%model%control%leads()) call measure_load_frame(s%growing, s%problem, s%model%control%stiffness, failure)
    end subroutine rescale
@@ -274,6 +275,7 @@ contains
       if (failure%failed()) return
       s%problem%interfaces%keep_slip = .false.
       call commit_slip(s%problem%interfaces)
+      call s%measurements%crack%book(is_of_run=.true.)
       call book_work(s%growing, s%problem, failure)
       if (s%model%control%is_there()) call measure_load_frame(s%growing, s%problem, s%model%control%stiffness, failure)
       call book_fracture(s%growing, s%model, s%cracks, s%measurements%crack, s%measurements%fronts, s%problem)

@@ -31,6 +31,7 @@ module hampm_equilibrium
    type, extends(balance_t) :: equilibrium_t
       logical :: begun = .false.                 !! whether it has been found before
       type(loading_t), private :: first, last    !! in the load step
+      real(dp), allocatable, private :: held(:, :) !! forces of the constraints as eigenstrains change [N], (ndim, n_nodes)
       real(dp), private :: kept = 0              !! energy stored and dissipated by the last one [J]
       real(dp), private :: at_first = 0          !! energy of eigenstrains in the first equilibrium that is not work of loads [J]
       logical :: forgets_mesh = .false.          !! whether the state is independent of the path: nothing has grown
@@ -120,6 +121,7 @@ contains
       force = 0
       if (self%begun) call find_heat(m, heat(1), force(1))
       call find_loading(m, m%state%time, self%first)
+      if (any(m%materials%is_scaled)) call hold_first(self, m)
       if (present(load_factor)) call scale_loads(m, load_factor)
       call find_loading(m, time, self%last)
       if (.not. self%begun) then
@@ -131,10 +133,22 @@ contains
          call displace(m, 0*m%state%displacement) ! cells have the forces of another eigenstrain
       end if
       call self%advance_to(m, time, failure)
+      if (allocated(self%held)) deallocate (self%held)
       self%begun = self%begun .or. .not. failure%failed()
       call find_heat(m, heat(2), force(2))
       m%energies%external_work = m%energies%external_work + sum(force)/2*(heat(2) - heat(1))
    end subroutine find
+
+   !> Find the forces of the constraints before a load step in which eigenstrains change with the loads: none at first.
+   subroutine hold_first(self, m)
+      class(equilibrium_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: m
+      self%moved = 0*self%first%force
+      self%outer%applied = self%first%force
+      if (allocated(self%first%factor)) self%outer%factor = self%first%factor
+      call find_reactions(self, m, self%held)
+      if (.not. self%begun) self%held = 0
+   end subroutine hold_first
 
    !> Try a part of a load step. Fails where no equilibrium is found or, where bodies may buckle, none on the path from its start.
    !> It is rough where the work of the loads on a straight path is not the stored energy: the path is bent as faces or supports
@@ -148,6 +162,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp) :: stored
       needs_subincrements = .false.
+      if (part%from > 0 .and. allocated(self%held)) deallocate (self%held)
       call go_to(self, m, between(self%first, self%last, part%from), between(self%first, self%last, part%to), part%length, failure)
       if (failure%failed()) return
       if (any(m%materials%is_finite) .or. m%interfaces%n_cohesive > 0) &
@@ -271,7 +286,8 @@ contains
       if (allocated(before%factor)) self%outer%factor = before%factor
       first = all_of(before, m)
       is_prescribed = any(abs(after%shift - before%shift) > 0)
-      if (is_prescribed) call find_reactions(self, m, held_before)
+      if (is_prescribed .and. allocated(self%held)) held_before = self%held
+      if (is_prescribed .and. .not. allocated(self%held)) call find_reactions(self, m, held_before)
       self%outer%applied = after%force
       if (allocated(after%factor)) self%outer%factor = after%factor
       call self%with_contact(m, time_increment, after%shift - before%shift, failure)

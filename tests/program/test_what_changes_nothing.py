@@ -548,3 +548,29 @@ def test_a_node_ahead_of_a_crack_along_the_grid_hangs_on_both_sides_of_it(hampm3
     one, other = (run(hampm3d, AHEAD.format(**boxes)) for boxes in (dict(low=(-3.0, 0.2), high=(-1.0, 3.0)), dict(low=(1.0, -3.0), high=(3.0, -0.2))))
     for name in ("strain_energy", "external_work"):
         assert other[name][-1] == pytest.approx(one[name][-1], rel=1e-9), name
+
+
+SCALED = """&run end_time = 0.8 /
+&grid lower = -0.25, -0.16  cell = 0.25  cells = 20, 15 /
+&material name = 'm'  young = 1e4  density = 1000.0 /
+&body material = 'm'  lower = 0.0, 0.09  upper = 3.5, 3.34 /
+&body material = 'm'  lower = 3.5, 0.09  upper = 4.5, 3.34  eigenstrain = {strain}, {strain}, 0.0  held = .false. /
+&crack kind = 'symmetry'  tip = 2.0, 0.09 /
+&constraint lower = 2.0, 0.09  upper = 4.5, 0.09  fix = 'y' /
+&constraint lower = 0.0, 3.34  upper = 4.5, 3.34  fix = 'xy'  displacement = 0.0, {way} /
+&growth direction = 'straight'  toughness = 8e-7  increment = 0.5 /
+&method time = 'static'  load_steps = 2 /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. /
+"""
+
+
+def test_growth_at_rest_knows_nothing_of_the_load_that_its_factor_scales(hampm):
+    """A load factor brings what drives a body to the toughness, whatever the model gives: with half of it the factor is twice as large, and states are the same. Errors counted a tenth of
+    those of the given load, at which the run never is, and the work of a moved edge that shrinks with the factor missed a part of its force. In a linear body the work is what is stored and
+    what the crack has taken."""
+    one, other = (run(hampm, SCALED.format(strain=-part * 2e-5, way=part * 7e-5)) for part in (4.0, 1.0))
+    assert other["load_factor"] == pytest.approx(4 * one["load_factor"], rel=1e-8)
+    for name in ("external_work", "J", "J_error", "G_error", "K_I_error"):
+        assert other[name] == pytest.approx(one[name], rel=1e-8), name
+    assert one["external_work"][0] == pytest.approx(one["strain_energy"][0], rel=1e-9)
+    assert one["load_factor_error"] / one["load_factor"] == pytest.approx(other["load_factor_error"] / other["load_factor"], rel=1e-6)
