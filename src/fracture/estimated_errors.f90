@@ -149,13 +149,21 @@ contains
       integer :: n
       is_sample = pace%waves > 0
       if (.not. is_sample) return
-      n = count(recent%time(:recent%n) < time)
+      n = samples_before(recent, time, pace)
       if (n > 0) is_sample = slot_of(time, pace) > slot_of(recent%time(n), pace)
       if (.not. (pace%in_sets .and. is_sample)) return
       associate (place => place_in_set(time, pace), slots => slot_of(time, pace) - slot_of(recent%time(:n), pace))
          is_sample = place < of_set .and. count(slots <= place) < most_recent
       end associate
    end function is_sample
+
+   !> Number of the samples before a time; that of a step whose time was rounded since is none.
+   pure elemental integer function samples_before(recent, time, pace) result(n)
+      type(recent_t), intent(in) :: recent
+      real(dp), intent(in) :: time               !! [s]
+      type(pace_t), intent(in) :: pace
+      n = count(recent%time(:recent%n) < time - rounding*pace%waves/a_wave)
+   end function samples_before
 
    !> Whether a value has to be found for a sample that counts in the next row, which is one itself. The first one of a set tells of
    !> the largest value. Without sets each slot with a step has a sample.
@@ -239,7 +247,7 @@ contains
       if (pace%in_sets .and. recent%n > 0) then
          if (slot_of(recent%time(recent%n), pace) < pace%first) recent = recent_t()
       end if
-      n = count(recent%time(:recent%n) < time)
+      n = samples_before(recent, time, pace)
       if (n == most_recent) then
          recent%time = eoshift(recent%time, 1)
          recent%value = eoshift(recent%value, 1)
