@@ -481,14 +481,16 @@ contains
    pure function turns(values)
       type(front_values_t), intent(in) :: values
       real(dp) :: turns(size(values%arc))
-      integer :: i, k
+      real(dp), parameter :: rounding = 1e-9_dp  ! of the length of a front
+      integer :: i, before, behind
       turns = 0
       associate (front => values%domain%front)
          if (runs_with_lattice(front)) return
          do i = 1, size(turns)
             if (minval(abs(values%outward(front%along, i))) >= 1/(2*cells_of_hats)) cycle
-            k = min(minloc(abs(front%arc - values%arc(i)), dim=1), front%n() - 1)
-            turns(i) = norm(front%outward(:, k + 1) - front%outward(:, k))/norm(front%at(:, k + 1) - front%at(:, k))
+            before = max(1, count(front%arc < values%arc(i) - rounding*front%length))
+            behind = min(front%n(), front%n() + 1 - count(front%arc > values%arc(i) + rounding*front%length))
+            turns(i) = norm(front%outward(:, behind) - front%outward(:, before))/norm(front%at(:, behind) - front%at(:, before))
          end do
       end associate
    end function turns
@@ -520,7 +522,7 @@ contains
       associate (front => values%domain%front)
          do i = 1, front%n() - merge(0, 1, front%is_closed)
             next = modulo(i, front%n()) + 1
-            associate (across => maxloc(abs(front%outward(:, i)), dim=1))
+            associate (across => maxloc(abs(front%outward(:, i) + front%outward(:, next)), dim=1)) ! of either way along the front
                rows = rows + abs(front%at(across, next) - front%at(across, i))/cell_at(front, problem)
             end associate
          end do

@@ -29,6 +29,7 @@ module hampm_growing
              note_taken, tell_taken, part_of_crack, widths_of, add_once
 
    !> How close a controlled quantity comes, over it: K of a tip varies as much with its place in a cell.
+   real(dp), parameter :: of_step = 1e-9_dp      !! part of a step in which growth has not begun
    real(dp), parameter, public :: close_control = 1e-3_dp
 
    integer, parameter, public :: by_load = 1     !! at rest: loads are scaled until the largest G is the toughness
@@ -214,13 +215,15 @@ contains
       integer, intent(in) :: crack, end          !! their numbers; a plane is its first end
       real(dp), intent(in) :: time               !! [s]
       real(dp), intent(in), optional :: step     !! [s]
+      real(dp), parameter :: rounding = 1e-12_dp ! of a time that is a number of steps
       real(dp) :: last
       integer :: k
       law = 0
-      last = time
-      if (present(step)) last = time + step*(1 - 1e-9_dp)
+      last = time*(1 + rounding)
+      if (present(step)) last = time + step*(1 - of_step)
       do k = 1, size(model%growth)
-         if (is_of(model%growth(k), crack, end) .and. last >= model%growth(k)%start .and. time < model%growth(k)%end) law = k
+         if (is_of(model%growth(k), crack, end) .and. last >= model%growth(k)%start .and. &
+             time < model%growth(k)%end*(1 - rounding)) law = k
       end do
    end function law_of
 
@@ -235,7 +238,7 @@ contains
          associate (growth => model%growth(k))
             if (.not. (is_of(growth, crack, end) .and. growth%law%gives_speed())) cycle
             associate (from => max(time, growth%start), to => min(time + step, growth%end))
-               advance = advance + growth%speed_at((from + to)/2)*max(0.0_dp, to - from)
+               if (to - from > of_step*step) advance = advance + growth%speed_at((from + to)/2)*(to - from)
             end associate
          end associate
       end do
