@@ -106,6 +106,8 @@ contains
             matrix%lumped(node) = 0
             f%velocity(:, node, :) = 0
             f%acceleration(:, node) = 0
+            f%momentum(:, node) = 0
+            f%force(:, node) = 0
             if (allocated(f%earlier)) f%earlier(:, node, :) = 0
          end do
          call find_coupled_region(grid, matrix)

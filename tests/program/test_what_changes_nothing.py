@@ -618,3 +618,24 @@ def test_growth_that_begins_at_a_step_begins_alike_on_either_side_of_rounding(ha
         one, other = (run(hampm, BEGINS.format(start=step * 1e-6 * (1 + sign * 4e-16))) for sign in (-1, 1))
         for name in ("toughness", "crack_length", "strain_energy"):
             assert np.array_equal(other[name], one[name], equal_nan=True), (step, name)
+
+
+LEAVES = """&run end_time = 4e-3 /
+&grid lower = {lower}  cell = 1.0  cells = {cells} /
+&material name = 'm'  young = 3e9  density = 1200.0 /
+&body material = 'm'  lower = {low}  upper = {high}  velocity = -600.0, {zero} /
+&constraint lower = 10.5, {box[0]}  upper = 16.0, {box[1]}  fix = 'y'  velocity = 0.0, -1.0{more} /
+&method time = 'explicit'  frame = 'updated'  mass = '{mass}' /
+&output history_interval = 2e-4 /
+"""
+LEFT = {"plane": dict(lower="0.0, 0.0", cells="14, 12", low="6.0, 3.0", high="11.0, 8.0", zero="0.0", box=("3.0", "3.0"), more=""),
+        "solid": dict(lower="0.0, 0.0, 0.0", cells="14, 7, 3", low="6.0, 3.0, 0.0", high="11.0, 5.0, 2.0", zero="0.0, 0.0", box=("3.0, 0.0", "3.0, 2.0"), more=", 0.0")}
+
+
+@pytest.mark.parametrize("mass", ["lumped", "fmpm"])
+@pytest.mark.parametrize("dimension", LEFT)
+def test_a_support_that_a_body_has_left_does_no_work(dimension, mass, hampm, request):
+    """Nodes that no cell with material is beside any more kept their last force, whose work went on with their motion to the end of the run, or to a stop."""
+    row = run(hampm if dimension == "plane" else request.getfixturevalue("hampm3d"), LEAVES.format(mass=mass, **LEFT[dimension]))
+    assert np.abs(row["external_work"][5]) > 0
+    assert np.ptp(row["external_work"][16:]) == 0
