@@ -27,7 +27,7 @@ module hampm_step
    use hampm_pass, only: pass_t
    use hampm_tiling, only: plan_tiles, is_planned, step_in_tiles
    use hampm_vectors, only: add_scaled
-   use hampm_interface_step, only: hold_faces, commit_faces
+   use hampm_interface_step, only: hold_faces, commit_faces, accelerate_by_faces
    use hampm_interface_points, only: add_interface_forces, stretch_interfaces, ease_faces, interface_energy, &
                                      kick_interfaces
    use hampm_error_context, only: when, origin
@@ -284,18 +284,27 @@ contains
       if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + dt*mapping_power - taken
    end subroutine solve_acceleration
 
-   !> Let dashpots act, by their forces in the middle of the step, and interface points, by theirs at its end.
+   !> Let dashpots act, by their forces in the middle of the step, and interface points, by theirs at its end. Dashpots see the
+   !> motion that these have already stopped: from equilibrium none begins.
    subroutine add_forces_at_end(m, dt, failure)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: before(:, :)      ! forces on the nodes [N]
+      real(dp), allocatable :: by_faces(:, :)    ! accelerations of the nodes by interface points as they are [m/s2]
       real(dp) :: taken                          ! by dashpots [J]
       if (m%interfaces%n_at_end > 0 .and. strains_first(m)) call open_faces(m, v_n, dt)
       associate (f => m%fields)
          if (m%absorbing%n > 0) then
+            if (m%interfaces%n_at_end > 0) then
+               allocate (by_faces, source=0*f%acceleration)
+               call accelerate_by_faces(m%interface_step, m%interfaces, m%matter_t, m%constraints%fixed, m%corners, &
+                                        f%mass_matrix, m%solver, by_faces, failure)
+               f%velocity(:, :, v_next) = f%velocity(:, :, v_next) + dt*by_faces
+            end if
             call m%absorbing%brake(m%constraints%free, f%mass_matrix%lumped, dt, f%velocity(:, :, v_n), f%velocity(:, :, v_next), &
                                    f%acceleration, f%force, taken)
+            if (allocated(by_faces)) f%velocity(:, :, v_next) = f%velocity(:, :, v_next) - dt*by_faces
             m%energies%absorbed_energy = m%energies%absorbed_energy + taken
             if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken
          end if

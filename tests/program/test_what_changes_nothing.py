@@ -639,3 +639,25 @@ def test_a_support_that_a_body_has_left_does_no_work(dimension, mass, hampm, req
     row = run(hampm if dimension == "plane" else request.getfixturevalue("hampm3d"), LEAVES.format(mass=mass, **LEFT[dimension]))
     assert np.abs(row["external_work"][5]) > 0
     assert np.ptp(row["external_work"][16:]) == 0
+
+
+DASHPOTS = """&run end_time = 0.01 /
+&grid lower = {lower}  cell = 1.0  cells = {cells} /
+&material name = 'm'  young = 3e9  density = 2400.0 /
+&body material = 'm'  lower = {lower}  upper = {upper} /
+&constraint lower = {lower}  upper = 8.0, 1.2{far}  fix = '{fix}' /
+&load kind = 'body'  force = 0.0, -1e6{zero}  lower = {lower}  upper = 5.0, 4.0{far} /
+&load kind = 'absorbing'  lower = 8.0, 0.0{zero}  upper = 8.0, 4.0{far} /
+&method time = 'explicit'  mass = '{mass}'  start = 'static' /
+&output history_interval = 1e-3 /
+"""
+EDGES = {"plane": dict(lower="0.0, 0.0", cells="8, 4", upper="8.0, 4.0", fix="xy", far="", zero=""),
+         "solid": dict(lower="0.0, 0.0, 0.0", cells="8, 4, 2", upper="8.0, 4.0, 2.0", fix="xyz", far=", 2.0", zero=", 0.0")}
+
+
+@pytest.mark.parametrize("mass", ["lumped", "consistent"])
+@pytest.mark.parametrize("dimension", EDGES)
+def test_dashpots_at_the_end_of_a_support_leave_a_body_at_rest(dimension, mass, hampm, request):
+    """Dashpots on an absorbing edge resisted a motion that springs at the end of a support stop in the same step: a body began to move from equilibrium."""
+    row = run(hampm if dimension == "plane" else request.getfixturevalue("hampm3d"), DASHPOTS.format(mass=mass, **EDGES[dimension]))
+    assert np.max(row["kinetic_energy"]) < 1e-12 * row["strain_energy"][0]
