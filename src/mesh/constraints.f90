@@ -260,9 +260,9 @@ contains
       do i = 1, size(c%node)
          do d = 1, ndim
             associate (node => c%node(i), k => c%turning(d, c%node(i)))
-               if (k == 0 .or. .not. mass(node) > 0) cycle
+               if (k == 0) cycle
                of_tb(k) = of_tb(k) + c%lever(d, node)*b(d, node)
-               of_tt(k) = of_tt(k) + mass(node)*c%lever(d, node)**2
+               of_tt(k) = of_tt(k) + max(mass(node), 0.0_dp)*c%lever(d, node)**2
             end associate
          end do
       end do

@@ -661,3 +661,21 @@ def test_dashpots_at_the_end_of_a_support_leave_a_body_at_rest(dimension, mass, 
     """Dashpots on an absorbing edge resisted a motion that springs at the end of a support stop in the same step: a body began to move from equilibrium."""
     row = run(hampm if dimension == "plane" else request.getfixturevalue("hampm3d"), DASHPOTS.format(mass=mass, **EDGES[dimension]))
     assert np.max(row["kinetic_energy"]) < 1e-12 * row["strain_energy"][0]
+
+
+PINS = """&run end_time = 3e-4  thickness = 0.01 /
+&grid lower = -0.03, -0.21428365901456697  cell = 0.03  cells = 9, 10  order = 2 /
+&material name = 'm'  young = 3e9  density = 1200.0 /
+&body material = 'm'  points_per_cell = 4  shape = 'circle'  center = 0.1093502446134096, -0.06483432549870861  radius = 0.08830796815758979 /
+&constraint lower = 0.021, -0.17828365901456697  upper = 0.099, -0.10028365901456697  fix = 'xy'  turns = .true. /
+&constraint lower = 0.111, -0.17828365901456697  upper = 0.189, -0.10028365901456697  fix = 'xy'  turns = .true. /
+&load kind = 'body'  force = 0.0, 63.0  lower = 0.04087278987115136, -0.06218365901456696  upper = 0.21, -0.024321948096538003 /
+&method time = 'explicit'  mass = 'consistent'  start = 'static' /
+&output history_interval = 3e-5 /
+"""
+
+
+def test_pins_in_quadratic_cells_that_a_circle_cuts_are_turned_by_all_forces(hampm):
+    """Forces on nodes whose lumped mass is below 0 did not turn their pin in motion, at rest they did: a disc on two pins began to move."""
+    row = run(hampm, PINS)
+    assert np.max(row["kinetic_energy"]) < 1e-12 * row["strain_energy"][0]
