@@ -55,7 +55,7 @@ module hampm_expected_error
                                                  !! of a tip [Pa sqrt(m) m/J], (ndim, n_points, modes, groups)
    end type static_tips_t
 
-   integer, parameter :: most_turns = 5              !! of solving and looking which faces part
+   integer, parameter :: most_turns = 60             !! of solving and looking which faces part: each opens a point at least
    integer, parameter :: most_pairs = 3              !! behind the tip that are closed
 
    !> Unknowns of the largest problem solved: about a gigabyte.
