@@ -132,22 +132,24 @@ contains
       real(dp), allocatable, intent(out) :: error(:, :)  !! (particles, fields)
       integer, intent(in), optional :: with(:)           !! which other field, (fields)
       real(dp), allocatable :: nodal(:, :), coefficient(:, :, :), edge(:)
+      integer, allocatable :: sides(:)
       real(dp) :: off(size(stress, 1))
       integer :: i, k, field, other
       associate (p => m%particles, grid => m%grid, n => stress_components(m%particles))
          allocate (nodal(size(stress, 1), grid%n_points), error(p%n, size(stress, 1)/n))
-         if (grid%is_quadratic()) allocate (coefficient(n_terms, size(stress, 1), grid%n_nodes), edge(grid%n_nodes))
+         if (grid%is_quadratic()) &
+            allocate (coefficient(n_terms, size(stress, 1), grid%n_nodes), edge(grid%n_nodes), sides(grid%n_nodes))
          do k = 1, size(m%materials)
             if (m%materials(k)%slice%number > 1) cycle
             if (grid%is_quadratic()) then
-               call recover_quadratic(m%matter_t, size(stress, 1), stress, coefficient, edge, material=k)
+               call recover_quadratic(m%matter_t, size(stress, 1), stress, coefficient, edge, k, sides)
             else
                call recover(m%matter_t, m%fields%mass_matrix, size(stress, 1), stress, nodal, material=k)
             end if
             do i = 1, p%n
                if (.not. are_of_one(m%materials, k, p%material(i))) cycle
                if (grid%is_quadratic()) then
-                  off = blended(m, i, coefficient, edge) - stress(:, i)
+                  off = blended(m, i, coefficient, edge, sides) - stress(:, i)
                else
                   associate (e => p%cell(i))
                      off = matmul(nodal(:, grid%element_nodes(:, e)), &
@@ -166,18 +168,25 @@ contains
    end subroutine errors_at_particles
 
    !> Value at a particle of a quadratic cell: the quadratic functions recovered at the four corners, weighted by the bilinear
-   !> functions of these; the field is continuous (Zienkiewicz & Zhu 1992 take their means at the nodes).
-   pure function blended(m, i, coefficient, edge) result(value)
+   !> functions of these; the field is continuous (Zienkiewicz & Zhu 1992 take their means at the nodes). A cell at the corner of a
+   !> body has those of nodes inside alone, as there: one that fits its own stress does not see how far that is off.
+   pure function blended(m, i, coefficient, edge, sides) result(value)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp), intent(in) :: coefficient(:, :, :), edge(:)
+      integer, intent(in) :: sides(:)
       real(dp) :: value(size(coefficient, 2))
       real(dp) :: shape(corners), x(ndim), term(n_terms)
-      integer :: first, q, k
+      integer :: first, q, k, around(corners)
       x = m%particles%place_in_grid(i)
       associate (grid => m%grid, e => m%particles%cell(i))
          first = grid%first_of_piece(e)
          shape = shape_functions(grid%in_leaf(e, grid%local_coordinate(e, x)))
+         around = sides([(grid%element_nodes(q, first + q - 1), q=1, corners)])
+         if (maxval(around) == ndim .and. minval(around) == 0) then
+            where (around > 0) shape = 0
+            shape = shape/sum(shape)
+         end if
          value = 0
          do q = 1, corners
             associate (node => grid%element_nodes(q, first + q - 1))

@@ -34,6 +34,10 @@ module hampm_recovery
    !> kept small: of particles evenly on a tenth of a cell it is w**2/12 with w = 0.11.
    real(dp), parameter :: least_spread = 1.0e-3_dp
 
+   !> Mean place of particles around a node, in edges of the smallest cell there, from which on they are on one side of it: it is
+   !> 1/2 at straight edges, 1/6 at corners that point inwards, and at most 1/4 beside cells of half the size.
+   real(dp), parameter :: one_sided = 0.4_dp
+
 contains
 
    !> Nodal values of a field of `width` components, from all particles or from particles of one material.
@@ -59,31 +63,36 @@ contains
    !> Coefficients at the corners of quadratic cells, of 1, x, y, x**2, x y and y**2 with x and y from the node in edges of the
    !> smallest cell there, of the best quadratic fit to the particles of the cells around it: one order more than the stress of such
    !> cells. From all particles or from particles of one material.
-   subroutine recover_quadratic(m, width, field, coefficient, edge, material)
+   subroutine recover_quadratic(m, width, field, coefficient, edge, material, sides)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: width
       real(dp), intent(in) :: field(width, *)    !! values of the particles, (width, n)
       real(dp), intent(out) :: coefficient(:, :, :) !! 0 where there are no particles, (n_terms, width, n_nodes)
       real(dp), intent(out) :: edge(:)           !! of the smallest cell at the node [m], (n_nodes)
       integer, intent(in), optional :: material
+      integer, intent(out), optional :: sides(:) !! 0 with particles all around, 1 at an edge, 2 at a corner of a body, (n_nodes)
       logical, allocatable :: is_corner(:)
       integer, allocatable :: number(:)
-      integer :: node
+      integer :: node, n_sides
       allocate (is_corner(m%grid%n_points), number(m%particles%n))
       is_corner = are_corners(m)
       coefficient = 0
       edge = 1
+      if (present(sides)) sides = 0
       do node = 1, m%grid%n_nodes
-         if (is_corner(node)) call fit_quadratic(m, node, width, field, coefficient(:, :, node), edge(node), number, material)
+         if (.not. is_corner(node)) cycle
+         call fit_quadratic(m, node, width, field, coefficient(:, :, node), edge(node), n_sides, number, material)
+         if (present(sides)) sides(node) = n_sides
       end do
    end subroutine recover_quadratic
 
    !> The same at one node, by the normal equations. Components that few particles do not determine are kept small.
-   subroutine fit_quadratic(m, node, width, field, coefficient, edge, number, material)
+   subroutine fit_quadratic(m, node, width, field, coefficient, edge, n_sides, number, material)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: node, width
       real(dp), intent(in) :: field(width, *)
       real(dp), intent(out) :: coefficient(n_terms, width), edge
+      integer, intent(out) :: n_sides            !! directions in which particles are on one side
       integer, intent(inout) :: number(:)        !! room for all particles
       integer, intent(in), optional :: material
       real(dp), parameter :: ridge = 1e-9_dp
@@ -101,6 +110,7 @@ contains
             coefficient(:, j) = coefficient(:, j) + term*field(j, number(k))
          end do
       end do
+      n_sides = count(abs(matrix(2:1 + ndim, 1)) > one_sided*matrix(1, 1))
       if (.not. matrix(1, 1) > 0) return
       do k = 1, n_terms
          matrix(k, k) = matrix(k, k) + ridge*matrix(1, 1)
