@@ -166,8 +166,9 @@ contains
       do k = 1, size(families)                   ! first that which a finer mesh costs least in
          if (.not. choice%trials(k)%is_allowed) cycle
          associate (trials => choice%trials(k), family => families(k))
-            trials%particles = product((choice%lattices%upper - choice%lattices%lower)*family%points_per_cell/ &
-                                       choice%lattices%cell_size(trials%first%lattice, family%order))
+            trials%in_box = product((choice%lattices%upper - choice%lattices%lower)*family%points_per_cell/ &
+                                    choice%lattices%cell_size(trials%first%lattice, family%order))
+            trials%particles = trials%in_box
             finer = mesh_t(2*trials%first%lattice, trials%first%levels + 3*family%level_step)
             if (.not. trials%work_of(finer) < least_work) cycle
             least_work = trials%work_of(finer)

@@ -137,25 +137,35 @@ contains
       type(mesh_t) :: meshes(n_pilots)
       type(pilot_t) :: first, finer, deeper
       type(failure_t) :: refused
+      logical :: scouts                          ! whether the finer lattice comes first
       first = known
       if (.not. is_known) call try(choice, trials%family, trials%first, threads, .false., first, refused)
       trials%is_allowed = .not. refused%failed()
       if (.not. trials%is_allowed) return
       meshes = meshes_of_pilots(choice, trials)
       deeper = first
-      if (.not. choice%limits%has_levels) call try(choice, trials%family, meshes(2), threads, .false., deeper, refused)
-      if (refused%failed()) then
-         meshes(2) = trials%first
-         deeper = first
-      end if
       finer = first
-      if (.not. choice%limits%has_lattice .and. (trials%compares .or. deeper%error > aim)) &
-         call try(choice, trials%family, meshes(3), threads, .false., finer, refused)
-      if (refused%failed()) then
-         meshes(3) = trials%first
-         finer = first
+      scouts = trials%compares .and. trials%family%time == 'static' .and. .not. choice%limits%has_lattice
+      if (scouts) then                           ! where a finer lattice is enough levels do not matter
+         call try_other(3, finer)
+         call trials%fit(first, finer, first, meshes(3), trials%first)
+         if (meshes(3)%lattice > trials%first%lattice .and. trials%error_of(meshes(3)) <= aim) return
       end if
+      if (.not. choice%limits%has_levels) call try_other(2, deeper)
+      if (.not. (scouts .or. choice%limits%has_lattice) .and. (trials%compares .or. deeper%error > aim)) call try_other(3, finer)
       call trials%fit(first, finer, deeper, meshes(3), meshes(2))
+
+   contains
+
+      !> Run another one of the pilots; the first one stands for it where it fails.
+      subroutine try_other(k, pilot)
+         integer, intent(in) :: k
+         type(pilot_t), intent(inout) :: pilot
+         type(pilot_t) :: other
+         call try(choice, trials%family, meshes(k), threads, .false., other, refused)
+         if (refused%failed()) meshes(k) = trials%first
+         if (.not. refused%failed()) pilot = other
+      end subroutine try_other
    end subroutine try_family
 
    !> The meshes of the pilots of a family: the first one, one with more levels, and one on a finer lattice.

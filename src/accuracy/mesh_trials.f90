@@ -47,6 +47,7 @@ module hampm_mesh_trials
       real(dp) :: of_cells = 0, of_tips = 0      !! the parts a and b of the error over that asked [-]
       real(dp) :: order = usual_order            !! p [-]
       real(dp) :: particles = 0, of_level = 0    !! of root cells of the first pilot; those that the first level adds
+      real(dp) :: in_box = 1                     !! root cells' of the first mesh if bodies fill the box around them
       real(dp) :: steps = 0                      !! of a wave through the root cells of the first pilot until the end
       real(dp) :: rows = 1                       !! of the history
       real(dp) :: seconds = 0                    !! of its processor for one unit of work [s]
@@ -152,7 +153,6 @@ contains
       real(dp) :: h, left, gained, whole, part
       real(dp) :: of_finer, of_deeper            ! what values differ by, over errors asked [-]
       real(dp) :: least, most                    ! order of the error away from the tips [-]
-      real(dp) :: added                          ! by the levels of the deeper mesh, in those of one
       integer :: levels
       trials%bytes = first%bytes
       h = real(trials%first%lattice, dp)/finer_mesh%lattice
@@ -169,10 +169,14 @@ contains
             whole = of_finer/(1 - h**order_of_differences)
             of_deeper = min(of_deeper, whole*(1 - worst_difference(deeper%values, finer%values)/of_finer)) ! towards the finer one
          end if
-         gained = max(gained, of_deeper)
-         if (trials%family%time == 'explicit' .and. .not. of_deeper > 0) gained = 0 ! levels hold waves of the cells
-         ! in motion differences hold what columns tell, too
-         whole = merge(first%error + whole, max(first%error, whole), trials%family%time == 'static')
+         if (trials%family%time == 'static') then ! columns do not tell what differs
+            gained = max(gained, 0.0_dp) + max(of_deeper, 0.0_dp)
+            whole = first%error + whole
+         else
+            gained = max(gained, of_deeper)
+            if (trials%family%time == 'explicit' .and. .not. of_deeper > 0) gained = 0 ! levels hold waves of the cells
+            whole = max(first%error, whole)
+         end if
       end if
       trials%of_tips = 0
       if (levels > 0) trials%of_tips = min(max(0.0_dp, gained)/(1 - 2.0_dp**(-levels)), whole)
@@ -186,14 +190,26 @@ contains
          trials%order = most
          if (left > 0) trials%order = min(max(log(left/trials%of_cells)/log(h), least), most)
       end if
-      trials%of_level = max(deeper%particles - first%particles, 1.0_dp)
-      added = merge(real(levels, dp), 2.0_dp**trials%first%levels*(2.0_dp**levels - 1), ndim == 2)
-      trials%of_level = trials%of_level/max(added, 1.0_dp)
-      trials%particles = max(1.0_dp, first%particles - trials%of_level* &
-                             merge(real(trials%first%levels, dp), 2.0_dp**trials%first%levels - 1, ndim == 2))
+      trials%of_level = max(deeper%particles - first%particles, 1.0_dp)/max(levels, 1)
+      if (ndim == 2) trials%particles = max(1.0_dp, first%particles - trials%of_level*trials%first%levels)
+      if (ndim == 3) then                        ! the first levels of coarse cells may fill all of a body: the most that any tells
+         trials%particles = min(trials%in_box, first%particles)
+         trials%of_level = max(1.0_dp, in_level(first, trials%first), in_level(deeper, deeper_mesh), in_level(finer, finer_mesh))
+      end if
       trials%seconds = (first%seconds + finer%seconds + deeper%seconds)/ &
                        (trials%work_of(trials%first, first%rows) + trials%work_of(finer_mesh, finer%rows) + &
                         trials%work_of(deeper_mesh, deeper%rows))
+
+   contains
+
+      !> Particles that the first level of the first mesh of a solid adds, as those of a pilot tell.
+      pure real(dp) function in_level(pilot, mesh) result(n)
+         type(pilot_t), intent(in) :: pilot
+         type(mesh_t), intent(in) :: mesh
+         associate (h => real(trials%first%lattice, dp)/mesh%lattice)
+            n = h*(pilot%particles - trials%particles*(1/h)**ndim)/max(2.0_dp**mesh%levels - 1, 1.0_dp)
+         end associate
+      end function in_level
    end subroutine fit
 
    !> The cheapest mesh of a family whose predicted error is small enough, or the one with the least error within the limits.
