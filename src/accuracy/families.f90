@@ -27,7 +27,8 @@ module hampm_families
       family_t('quadratic cells', 'static', 'auto', 2, 3, 3, merge(0, 1, plane), 1, merge(14, 3, plane), .false., 130.0_dp), &
       family_t('bilinear cells', 'static', 'auto', 1, 2, 4, merge(0, 1, plane), 1, merge(14, 3, plane), .true., 63.0_dp), &
       family_t('bilinear cells', 'explicit', 'auto', 1, 2, 4, 0, 1, merge(4, 2, plane), .false., 1.5_dp), &
-      family_t('bilinear cells, weighted masses', 'explicit', 'weighted', 1, 2, 4, 0, 1, merge(4, 2, plane), .false., 4.0_dp), &
+      family_t('bilinear cells, weighted masses', 'explicit', 'weighted', 1, 2, 4, 0, 1, merge(4, 2, plane), .false., &
+               merge(4.0_dp, 11.0_dp, plane)), &
       family_t('quadratic cells', 'explicit', 'lumped', 2, 3, 3, 0, 1, merge(4, 2, plane), .false., 20.0_dp), &
       family_t('quadratic cells', 'explicit', 'consistent', 2, 3, 3, 0, 1, merge(4, 2, plane), .true., 12.0_dp), &
       family_t('quadratic cells', 'modal', 'auto', 2, 3, 3, merge(2, 0, plane), 1, merge(8, 2, plane), .false., 420.0_dp), &
