@@ -31,6 +31,7 @@ module hampm_choice
    real(dp), parameter :: usual_error = 0.015_dp  !! estimated error of K on the coarsest lattice of the plane without levels
    integer, parameter :: most_doublings = 3      !! of the coarsest lattice, where rules ask for finer cells
    real(dp), parameter :: stalled = 0.8_dp       !! part of the last error from which on finer meshes are no use
+   integer, parameter :: most_stalls = 2         !! runs in a row that gain next to nothing: one may have cut its cells badly
    integer, parameter :: most_tries = 6          !! of runs that fall short
 
 contains
@@ -232,7 +233,8 @@ contains
          if (choice%tries == 2 .and. deepens) call trials%fit(choice%first, choice%first, pilot, trials%first, before)
          keeps = pilot%seconds <= choice%limits%seconds .and. pilot%particles*pilot%bytes <= choice%limits%bytes
          if (pilot%error <= 1 .and. keeps .and. .not. compares .or. pilot%error >= no_value .or. choice%tries > most_tries) return
-         if (choice%tries > 2 .and. keeps .and. .not. compares .and. pilot%error > stalled*last) return
+         choice%stalls = merge(choice%stalls + 1, 0, choice%tries > 2 .and. pilot%error > stalled*last)
+         if (choice%stalls == most_stalls .and. keeps .and. .not. compares) return
          if (choice%tries == 1 .and. (compares .or. ndim == 3) .or. compares .and. .not. allocated(trials%values)) then
             call choose_by_pilots(choice, pilot, threads, model, failure)
          else if (choice%tries == 1 .and. deepens .and. keeps) then

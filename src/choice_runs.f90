@@ -46,6 +46,7 @@ module hampm_choice_runs
       real(dp) :: reached = 0                    !! that of its run [-]
       real(dp) :: pilots = 0                     !! processor time of all pilots [s]
       integer :: tries = 0                       !! runs so far
+      integer :: stalls = 0                      !! the last of them that gained next to nothing
       logical :: is_judged = .false.             !! whether the mesh is known to reach the error, or to be the best
       type(pilot_t) :: first                     !! the first of these runs
    end type choice_t
