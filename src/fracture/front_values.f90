@@ -556,6 +556,10 @@ contains
          beside = g
          if (.not. front%is_closed) then         ! modes at ends are as beside them, and on free sides share G so
             beside([1, front%n()], :) = g([2, front%n() - 1], :)
+            do mode = 1, front_modes             ! which are 0 where symmetry excludes them: half a domain has flux of theirs
+               if (values%is_odd(mode, 1)) k(mode, 1, :) = 0
+               if (values%is_odd(mode, 2)) k(mode, front%n(), :) = 0
+            end do
             k(:, [1, front%n()], :) = k(:, [2, front%n() - 1], :)
          end if
          beside = matmul(values%mean_of, beside)
