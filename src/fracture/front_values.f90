@@ -30,7 +30,7 @@ module hampm_front_values
    private
    public :: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, look_at_front, &
              needs_front, record_front, mean_rate, front_fields, jumps_behind, part_along, between_hats, parts_of, place_hats, &
-             lasting_error, sample_error
+             lasting_error, sample_error, error_of_largest
 
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
@@ -709,6 +709,13 @@ contains
       error = values%of_mean%with_waves(lasting_error(values))
    end function sample_error
 
+   !> Error of the largest G along the front, which any place may have, by those of its places [J/m2].
+   pure real(dp) function error_of_largest(values, errors) result(error)
+      type(front_values_t), intent(in) :: values
+      real(dp), intent(in) :: errors(:)          !! by hat [J/m2]
+      error = max(maxval(values%g + errors) - maxval(values%g), maxval(values%g) - maxval(values%g - errors))
+   end function error_of_largest
+
    !> The part of the front of each hat function.
    pure function parts_of(values) result(part)
       type(front_values_t), intent(in) :: values
@@ -735,8 +742,7 @@ contains
       call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', sample_error(values))
       if (moves) call values%average%record(history)
       call history%record('G_largest', 'J/m2', 'largest energy release rate along the front', maxval(values%g))
-      call history%record('G_largest_error', 'J/m2', 'estimated error of G_largest', & ! any place may have it
-                          max(maxval(values%g + of_hats) - maxval(values%g), maxval(values%g) - maxval(values%g - of_hats)))
+      call history%record('G_largest_error', 'J/m2', 'estimated error of G_largest', error_of_largest(values, of_hats))
       call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, mean along the front', &
                                 matmul(values%k(:last, :), parts_of(values)))
       call history%record_modes('K_', 'Pa m^0.5', 'estimated error of that', values%k_mean_error(:last) &

@@ -10,7 +10,7 @@ module hampm_dynamic_growth
    use hampm_cracks, only: cracks_t, last_point
    use hampm_equation_of_motion, only: speed_by_toughness, excess_of, followed, speed_off
    use hampm_forest, only: outside
-   use hampm_front_values, only: front_values_t, lasting_error, mean_rate, sample_error
+   use hampm_front_values, only: front_values_t, error_of_largest, lasting_error, mean_rate, sample_error
    use hampm_growing, only: growing_t, growing_point_t, next_t, prescribed_advance, share_of_shear, part_of_crack
    use hampm_growth_points, only: next_of_points
    use hampm_growth_room, only: see_around_tips, see_surroundings, room_of_material, room_for, is_free, why_no_room, find_end, &
@@ -653,7 +653,7 @@ contains
          real(dp) :: part                        ! error of G over G [-]
          associate (point => growing%points(k))
             if (point%front > 0) then
-               part = fronts(point%front)%mean_error/mean_rate(fronts(point%front))
+               part = error_of_largest(fronts(point%front), fronts(point%front)%g_error)/maxval(fronts(point%front)%g)
             else
                best = values(k)%best(cracks%tips(k), m%materials(point%material)%isotropic)
                part = best%error/best%rate

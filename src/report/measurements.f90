@@ -28,7 +28,8 @@ module hampm_measurements
    use hampm_growing, only: by_cycles, by_frame, by_load, by_time, close_control, growing_t, record_growth, record_frame, &
                             record_place, record_onset
    use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, find_scatter, &
-                                 look_at_front, needs_front, jumps_behind, record_front, mean_rate
+                                 look_at_front, needs_front, jumps_behind, record_front, mean_rate, &
+                                 error_of_largest
    use hampm_history, only: history_t
    use hampm_joints, only: groups_of_bodies, velocity_fields_of
    use hampm_loads, only: load_t
@@ -366,8 +367,8 @@ contains
       end do
       do k = 1, size(m%fronts)
          if (m%fronts(k)%has_ended) cycle
-         rate(size(m%crack) + k) = mean_rate(m%fronts(k))
-         error(size(m%crack) + k) = m%fronts(k)%mean_error
+         rate(size(m%crack) + k) = maxval(m%fronts(k)%g)  ! a front grows by it
+         error(size(m%crack) + k) = error_of_largest(m%fronts(k), m%fronts(k)%g_error)
       end do
       part = 0
       if (any(rate > 0)) part = maxval(bounded_ratio(error, rate, 1.0_dp), mask=rate >= maxval(rate)/2)
