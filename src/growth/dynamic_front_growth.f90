@@ -27,7 +27,7 @@ contains
       type(growing_t), intent(inout) :: growing
       type(front_values_t), intent(in) :: fronts(:)
       type(growing_point_t), allocatable :: new(:)
-      real(dp) :: speeds(2)
+      real(dp) :: state(3)
       integer :: f, j, k, like
       if (size(fronts) == 0) return
       allocate (new(sum([(size(fronts(f)%arc), f=1, size(fronts))])))
@@ -44,16 +44,17 @@ contains
                new(k)%is_loose = has_ended
                new(k)%front = merge(0, f, has_ended)
                new(k)%width = 0
-               speeds = 0
+               state = 0
                if (.not. has_ended) then
                   new(k)%place = fronts(f)%at(:, j)
                   new(k)%material = fronts(f)%material(j)
-                  speeds = speeds_there(growing%points, f, front%is_closed, fronts(f)%arc(j)/front%length, new(k)%place)
+                  state = state_there(growing%points, f, front%is_closed, fronts(f)%arc(j)/front%length, new(k)%place)
                end if
                new(k)%is_closed = front%is_closed
-               new(k)%speed = speeds(1)
-               new(k)%lagged_speed = speeds(2)
-               new(k)%is_running = speeds(1) > 0
+               new(k)%speed = state(1)
+               new(k)%lagged_speed = state(2)
+               new(k)%extension = state(3)
+               new(k)%is_running = state(1) > 0
             end do
             if (.not. has_ended) new(k - size(fronts(f)%arc) + 1:k)%width = widths_of(fronts(f))
          end associate
@@ -61,28 +62,29 @@ contains
       call move_alloc(new, growing%points)
    end subroutine lay_points
 
-   !> Speed of a place of a front, and that to which its measured G belongs [m/s]; if the front is new, or its place was closed or
-   !> open before, those of the nearest point.
-   pure function speeds_there(points, number, is_closed, part, x) result(speeds)
+   !> Speed of a place of a front, that to which its measured G belongs [m/s], and the way that it has grown [m]; if the front is new,
+   !> or its place was closed or open before, those of the nearest point.
+   pure function state_there(points, number, is_closed, part, x) result(state)
       type(growing_point_t), intent(in) :: points(:)
       integer, intent(in) :: number              !! of the front
       logical, intent(in) :: is_closed
       real(dp), intent(in) :: part               !! of the way along the front [-]
       real(dp), intent(in) :: x(ndim)            !! [m]
-      real(dp) :: speeds(2), along
+      real(dp) :: state(3), along
       integer :: first, n, k
-      speeds = 0
+      state = 0
       n = count(points%front == number .and. (points%is_closed .eqv. is_closed))
       if (n > 0) then
          first = findloc(points%front, number, dim=1)
          along = part*(n - merge(0, 1, is_closed))
-         speeds(1) = between_hats(points(first:first + n - 1)%speed, is_closed, along)
-         speeds(2) = between_hats(points(first:first + n - 1)%lagged_speed, is_closed, along)
+         state(1) = between_hats(points(first:first + n - 1)%speed, is_closed, along)
+         state(2) = between_hats(points(first:first + n - 1)%lagged_speed, is_closed, along)
+         state(3) = between_hats(points(first:first + n - 1)%extension, is_closed, along)
       else if (any(points%front > 0)) then
          k = minloc([(sum((points(k)%place - x)**2), k=1, size(points))], dim=1, mask=points%front > 0)
-         speeds = [points(k)%speed, points(k)%lagged_speed]
+         state = [points(k)%speed, points(k)%lagged_speed, points(k)%extension]
       end if
-   end function speeds_there
+   end function state_there
 
    !> Advance the fronts in a step and release the interface points behind them: after an explicit step, before an implicit one,
    !> which ends in balance with them.
@@ -107,6 +109,7 @@ contains
             cycle
          end if
          call find_advances(growing, model, cracks, k, time, step, advances)
+         growing%points(of)%extension = growing%points(of)%extension + growing%points(of)%speed*step
          before = ends_of(cracks, k)
          call advance_region(cracks%regions(k), pack(cracks%fronts, cracks%fronts%crack == k), advances, meets_itself)
          m%grid%planes(k)%region_t = cracks%regions(k)
@@ -165,7 +168,7 @@ contains
       integer, intent(in) :: number              !! of the crack
       real(dp), intent(in) :: time, step         !! [s]
       real(dp), allocatable, intent(out) :: advances(:)
-      real(dp) :: given, speeds(2)
+      real(dp) :: given, state(3)
       integer :: law, f, k
       logical :: by_toughness
       law = law_of(model, number, 1, time, step)
@@ -175,15 +178,14 @@ contains
       if (.not. by_toughness) then
          where (growing%points%crack == number) growing%points%speed = given/step
       end if
-      speeds = 0
+      state = 0
       allocate (advances(0))
       do f = 1, size(cracks%fronts)
          associate (front => cracks%fronts(f))
             if (front%crack /= number) cycle
             do k = 1, front%n()
-               if (by_toughness) speeds = speeds_there(growing%points, f, front%is_closed, front%arc(k)/front%length, &
-                                                       front%at(:, k))
-               advances = [advances, merge(step*speeds(1), given, by_toughness)]
+               if (by_toughness) state = state_there(growing%points, f, front%is_closed, front%arc(k)/front%length, front%at(:, k))
+               advances = [advances, merge(step*state(1), given, by_toughness)]
             end do
          end associate
       end do

@@ -49,54 +49,54 @@ module hampm_rule_table
       'cylinder', 'static', 'explicit', 'line', 'path', 'plane', 'symmetry', 'ellipse', 'polygon', 'disc', 'plane', 'disc', &
       'plane', 'updated', 'total', 'frictionless', '{growth laws in motion}', 'none', 'friction', 'none', 'hoop_stress', &
       'local_symmetry', 'max_energy', 'path', 'straight', '{growth laws in motion}', 'hutchinson_suo', 'benzeggagh_kenane', &
-      'none', '{growth laws in motion}', '{growth laws in motion}', 'largest', 'last', 'first', 'all', 'material_force', &
-      'stress_closure', 'domain_integral', 'dcb', 'value', 'cpdi', 'linear', 'explicit', 'implicit', &
-      '{growth laws in motion}', 'symmetry', 'symmetry', 'orthotropic', 'j2_plastic', 'j2_plastic', 'j2_plastic', &
-      'j2_plastic', 'mooney_rivlin', 'viscoelastic', 'viscoelastic', 'orthotropic', 'orthotropic', 'orthotropic', &
-      'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', &
-      'orthotropic', 'strain', 'axisymmetric', 'orthotropic', 'orthotropic', 'stress', 'stress', 'stress', 'j2_plastic', &
-      'mooney_rivlin', 'viscoelastic', 'b_bar', 'static', 'implicit', '{laws of any strain}', 'standard', 'b_bar', 'cpdi', &
-      'standard', 'b_bar', 'standard', 'stress', 'b_bar', 'standard', 'b_bar', 'standard', 'j2_plastic', 'stress', 'b_bar', &
-      'standard', 'j2_plastic', 'b_bar', '{laws with a history}', '{growth laws at rest}', '{laws with a history}', &
-      '{growth laws in motion by toughness}', 'implicit', '{laws with a history}', 'hoop_stress', 'local_symmetry', &
-      'max_energy', 'straight', '{laws with a history}', 'hutchinson_suo', 'benzeggagh_kenane', 'none', 'orthotropic', &
-      '{growth laws in motion}', 'orthotropic', 'hoop_stress', 'local_symmetry', 'max_energy', 'straight', 'rectangle', &
-      'polygon', 'circle', 'cylinder', 'sphere', 'circle', 'cylinder', 'sphere', 'rectangle', 'cylinder', 'rectangle', &
-      'cylinder', 'polygon', 'circle', 'sphere', 'circle', 'cylinder', 'sphere', 'stick', 'frictionless', 'friction', &
-      'static', 'static', 'static', 'symmetry', 'dcb', '{growth laws that scale loads}', '{laws of any strain}', &
-      'axisymmetric', 'dcb', 'stress', 'ramp', 'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', &
-      'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp']
+      'none', '{growth laws in motion}', 'largest', 'last', 'first', 'all', 'material_force', 'stress_closure', &
+      'domain_integral', 'dcb', 'value', 'cpdi', 'linear', 'explicit', 'implicit', '{growth laws in motion}', 'symmetry', &
+      'symmetry', 'orthotropic', 'j2_plastic', 'j2_plastic', 'j2_plastic', 'j2_plastic', 'mooney_rivlin', 'viscoelastic', &
+      'viscoelastic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', &
+      'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'orthotropic', 'strain', 'axisymmetric', &
+      'orthotropic', 'orthotropic', 'stress', 'stress', 'stress', 'j2_plastic', 'mooney_rivlin', 'viscoelastic', 'b_bar', &
+      'static', 'implicit', '{laws of any strain}', 'standard', 'b_bar', 'cpdi', 'standard', 'b_bar', 'standard', 'stress', &
+      'b_bar', 'standard', 'b_bar', 'standard', 'j2_plastic', 'stress', 'b_bar', 'standard', 'j2_plastic', 'b_bar', &
+      '{laws with a history}', '{growth laws at rest}', '{laws with a history}', '{growth laws in motion by toughness}', &
+      'implicit', '{laws with a history}', 'hoop_stress', 'local_symmetry', 'max_energy', 'straight', &
+      '{laws with a history}', 'hutchinson_suo', 'benzeggagh_kenane', 'none', 'orthotropic', '{growth laws in motion}', &
+      'orthotropic', 'hoop_stress', 'local_symmetry', 'max_energy', 'straight', 'rectangle', 'polygon', 'circle', 'cylinder', &
+      'sphere', 'circle', 'cylinder', 'sphere', 'rectangle', 'cylinder', 'rectangle', 'cylinder', 'polygon', 'circle', &
+      'sphere', 'circle', 'cylinder', 'sphere', 'stick', 'frictionless', 'friction', 'static', 'static', 'static', &
+      'symmetry', 'dcb', '{growth laws that scale loads}', '{laws of any strain}', 'axisymmetric', 'dcb', 'stress', 'ramp', &
+      'smooth_ramp', 'sine', 'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine', &
+      'table', 'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'ramp', 'smooth_ramp', 'sine']
 
-   character(name_len), parameter :: values_2(*) = [character(name_len) :: 'sine', 'table', 'table', 'ramp', 'smooth_ramp', &
-      'sine', 'table', 'step', 'explicit', 'implicit', 'modal', 'undeformed', 'step', 'explicit', 'implicit', 'modal', &
-      'static', 'explicit', 'implicit', 'axisymmetric', 'stick', 'frictionless', 'friction', 'absorbing', 'point', 'body', &
-      'traction', 'pressure', 'traction', 'absorbing', 'pressure', 'edge', 'traction', 'pressure', 'absorbing', 'crack', &
-      'left', 'right', 'gravity', 'gravity', 'pressure', 'crack', 'gravity', 'pressure', 'crack', 'pressure', 'gravity', &
-      'absorbing', 'absorbing', 'absorbing', 'absorbing', 'static', 'absorbing', 'reference', 'fastest', 'absorbing', &
-      'pressure', 'gravity', 'crack', 'pressure', 'pressure', 'crack', 'left', 'right', 'pressure', 'gravity', 'absorbing', &
-      'crack', 'line', 'path', 'plane', 'crack', 'crack', 'step', 'friction', 'frictionless', 'friction', 'stick', &
-      'frictionless', 'friction', 'stick', 'frictionless', 'friction', 'static', 'implicit', 'modal', 'stick', &
-      'frictionless', 'friction', 'explicit', 'total', 'stick', 'frictionless', 'friction', 'updated', 'updated', 'static', &
-      'total', 'updated', 'implicit', 'modal', 'total', 'updated', 'total', 'updated', 'symmetry', '{growth laws in motion}', &
-      'total', 'cpdi', 'updated', 'reference', 'static', 'implicit', 'modal', 'explicit', 'reference', 'cpdi', 'linear', &
-      'reference', 'consistent', 'partial', 'fmpm', 'weighted', 'lumped', 'reference', 'b_bar', 'standard', 'reference', &
-      'fastest', 'reference', 'fastest', 'reference', 'fastest', 'reference', 'stick', 'frictionless', 'friction', 'bonded', &
+   character(name_len), parameter :: values_2(*) = [character(name_len) :: 'table', 'table', 'ramp', 'smooth_ramp', 'sine', &
+      'table', 'step', 'explicit', 'implicit', 'modal', 'undeformed', 'step', 'explicit', 'implicit', 'modal', 'static', &
+      'explicit', 'implicit', 'axisymmetric', 'stick', 'frictionless', 'friction', 'absorbing', 'point', 'body', 'traction', &
+      'pressure', 'traction', 'absorbing', 'pressure', 'edge', 'traction', 'pressure', 'absorbing', 'crack', 'left', 'right', &
+      'gravity', 'gravity', 'pressure', 'crack', 'gravity', 'pressure', 'crack', 'pressure', 'gravity', 'absorbing', &
+      'absorbing', 'absorbing', 'absorbing', 'static', 'absorbing', 'reference', 'fastest', 'absorbing', 'pressure', &
+      'gravity', 'crack', 'pressure', 'pressure', 'crack', 'left', 'right', 'pressure', 'gravity', 'absorbing', 'crack', &
+      'line', 'path', 'plane', 'crack', 'crack', 'step', 'friction', 'frictionless', 'friction', 'stick', 'frictionless', &
+      'friction', 'stick', 'frictionless', 'friction', 'static', 'implicit', 'modal', 'stick', 'frictionless', 'friction', &
+      'explicit', 'total', 'stick', 'frictionless', 'friction', 'updated', 'updated', 'static', 'total', 'updated', &
+      'implicit', 'modal', 'total', 'updated', 'total', 'updated', 'symmetry', '{growth laws in motion}', 'total', 'cpdi', &
+      'updated', 'reference', 'static', 'implicit', 'modal', 'explicit', 'reference', 'cpdi', 'linear', 'reference', &
+      'consistent', 'partial', 'fmpm', 'weighted', 'lumped', 'reference', 'b_bar', 'standard', 'reference', 'fastest', &
+      'reference', 'fastest', 'reference', 'fastest', 'reference', 'stick', 'frictionless', 'friction', 'bonded', &
       'reference', 'frictionless', 'friction', 'none', 'reference', 'reference', 'fmpm', 'implicit', 'modal', 'consistent', &
       'lumped', 'partial', 'fmpm', 'weighted', 'explicit', 'implicit', 'modal', 'consistent', 'tip_weighted', &
       '{growth laws in motion}', 'weighted', 'cg', 'direct', 'cg', 'modal', 'direct', '{laws of any strain}', 'modal', &
       'linear_elastic', '{laws with a history}', 'modal', 'linear_elastic', 'frictionless', 'friction', 'modal', 'implicit', &
       'modal', 'implicit', 'modal', 'implicit', 'absorbing', 'modal', 'implicit', '{indicators of the motion}', 'modal', &
       'tip', 'modal', 'cg', 'explicit', 'implicit', 'direct', 'implicit', 'implicit', 'implicit', 'refined', 'partial', &
-      '{indicators}', 'static', 'modal', 'static', 'implicit', 'modal']
+      '{indicators}', 'static', 'modal', 'static', 'implicit', 'modal', 'static']
 
-   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'static', 'modal', 'explicit', 'implicit', &
-      'updated', 'static', 'static', 'stick', 'frictionless', 'friction', 'undeformed', 'static', 'b_bar', &
-      '{laws of any strain}', 'standard', 'static', 'static', 'fmpm', 'weighted', 'tip_weighted', 'partial', 'partial', &
-      'partial', 'partial', 'refined', 'partial', 'refined', 'direct', 'explicit', 'lumped', 'fmpm', 'static', 'usf', &
-      '{growth laws in motion}', 'musl', 'usavg', '{growth laws in motion}', 'musl', 'lumped', '{growth laws in motion}', &
-      'weighted', 'tip', '{indicators of one body}', 'stick', 'frictionless', 'friction', 'zz', '{indicators of the motion}', &
-      'explicit', 'implicit', 'tip', '{indicators}', '{indicators}', '{indicators}', '{indicators}', 'gradient', 'gradient', &
-      'gradient', 'gradient', 'zz', 'tip', '{indicators of the motion}', 'static', '{indicators of the motion}', &
+   character(name_len), parameter :: values_3(*) = [character(name_len) :: 'modal', 'explicit', 'implicit', 'updated', &
+      'static', 'static', 'stick', 'frictionless', 'friction', 'undeformed', 'static', 'b_bar', '{laws of any strain}', &
+      'standard', 'static', 'static', 'fmpm', 'weighted', 'tip_weighted', 'partial', 'partial', 'partial', 'partial', &
+      'refined', 'partial', 'refined', 'direct', 'explicit', 'lumped', 'fmpm', 'static', 'usf', '{growth laws in motion}', &
+      'musl', 'usavg', '{growth laws in motion}', 'musl', 'lumped', '{growth laws in motion}', 'weighted', 'tip', &
+      '{indicators of one body}', 'stick', 'frictionless', 'friction', 'zz', '{indicators of the motion}', 'explicit', &
+      'implicit', 'tip', '{indicators}', '{indicators}', '{indicators}', '{indicators}', 'gradient', 'gradient', 'gradient', &
+      'gradient', 'zz', 'tip', '{indicators of the motion}', 'static', '{indicators of the motion}', &
       '{indicators of the motion}', 'static', '{indicators of the motion}', 'symmetry', 'line', 'plane', 'straight', 'disc', &
       'ellipse', 'polygon', 'straight', 'disc', 'ellipse', 'disc', 'ellipse', 'disc', 'ellipse', 'polygon', 'path', 'path', &
       'polygon', 'path', 'symmetry', 'path', 'symmetry', 'symmetry', 'line', 'plane', 'straight', 'frictionless', 'friction', &
@@ -115,9 +115,10 @@ module hampm_rule_table
       '{growth laws that scale loads}', 'displacement', 'displacement', 'growth', 'growth', 'ramp', 'smooth_ramp', 'sine', &
       'table', 'ramp', 'smooth_ramp', 'sine', 'table', 'crack', 'prescribed', '{growth laws in motion by toughness}', &
       '{growth laws by speed}', 'prescribed', 'charles', 'fatigue', '{growth laws by a rate}', 'walker', &
-      '{growth laws by a rate}', 'fatigue', 'fatigue', '{growth laws at rest}', '{growth laws in motion by toughness}']
+      '{growth laws by a rate}', 'fatigue', 'fatigue', '{growth laws at rest}', '{growth laws in motion by toughness}', &
+      'toughness']
 
-   character(name_len), parameter :: values_4(*) = [character(name_len) :: 'toughness', '{growth laws by speed}', &
+   character(name_len), parameter :: values_4(*) = [character(name_len) :: '{growth laws by speed}', &
       '{growth laws by speed}', '{growth laws by speed}', '{growth laws by speed}', '{growth laws in motion by toughness}', &
       'toughness', 'symmetry', 'hutchinson_suo', 'benzeggagh_kenane', 'benzeggagh_kenane', 'benzeggagh_kenane', &
       '{growth laws at rest}', '{growth laws at rest}', 'path', 'path', 'path', '{growth laws at rest}', 'hoop_stress', &
@@ -246,1104 +247,1101 @@ module hampm_rule_table
       atom_t(1, is_named, 0, 0, 59, 58, 0.0_dp, a_solid), &
       atom_t(1, is_one_of, 13, 21, 59, 59, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 60, 60, 0.0_dp), &
-      atom_t(0, is_set, 13, 15, 61, 60, 0.0_dp), &
+      atom_t(0, is_set, 13, 19, 61, 60, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 61, 60, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 13, 2, 61, 61, 0.0_dp), &
-      atom_t(0, is_set, 13, 19, 62, 61, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 62, 61, 0.0_dp, a_solid), &
-      atom_t(0, is_set, 13, 29, 62, 61, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 62, 61, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 13, 30, 62, 64, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 65, 64, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 13, 30, 65, 65, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 66, 67, 0.0_dp), &
+      atom_t(0, is_set, 13, 29, 61, 60, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 61, 60, 0.0_dp, a_solid), &
+      atom_t(0, is_one_of, 13, 30, 61, 63, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 64, 63, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 13, 30, 64, 64, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 65, 66, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 67, 66, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 17, 1, 67, 67, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 68, 67, 1.0_dp), &
       atom_t(1, is_named, 0, 0, 68, 67, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 17, 1, 68, 68, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 69, 68, 1.0_dp), &
+      atom_t(0, is_set, 17, 5, 68, 67, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 68, 67, 0.0_dp, a_solid), &
+      atom_t(0, is_one_of, 17, 6, 68, 68, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 69, 68, 0.0_dp, a_solid), &
-      atom_t(0, is_set, 17, 5, 69, 68, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 69, 68, 0.0_dp, a_solid)]
+      atom_t(1, is_one_of, 17, 6, 69, 69, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_2(*) = [ &
-      atom_t(0, is_one_of, 17, 6, 69, 69, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 70, 69, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 70, 69, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 17, 6, 70, 70, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 71, 70, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 70, 70, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 71, 70, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 9, 12, 71, 71, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 72, 71, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 9, 12, 72, 72, 0.0_dp), &
-      atom_t(0, is_one_of, 2, 4, 73, 72, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 73, 74, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 75, 75, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 71, 71, 0.0_dp), &
+      atom_t(0, is_one_of, 2, 4, 72, 71, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 72, 73, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 74, 74, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 75, 74, 1.0_dp), &
+      atom_t(0, is_one_of, 2, 4, 75, 74, 2.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 75, 75, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 76, 75, 0.0_dp), &
       atom_t(1, is_one_of, 2, 4, 76, 75, 1.0_dp), &
       atom_t(0, is_one_of, 2, 4, 76, 75, 2.0_dp), &
       atom_t(1, is_one_of, 11, 1, 76, 76, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 77, 76, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 77, 76, 0.0_dp), &
       atom_t(1, is_one_of, 2, 4, 77, 76, 1.0_dp), &
-      atom_t(0, is_one_of, 2, 4, 77, 76, 2.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 77, 77, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 78, 77, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 78, 77, 1.0_dp), &
-      atom_t(0, is_none_of, 3, 2, 78, 78, 0.0_dp), &
-      atom_t(1, is_set, 3, 3, 79, 78, 0.0_dp), &
-      atom_t(0, is_set, 3, 7, 79, 78, 0.0_dp), &
+      atom_t(0, is_none_of, 3, 2, 77, 77, 0.0_dp), &
+      atom_t(1, is_set, 3, 3, 78, 77, 0.0_dp), &
+      atom_t(0, is_set, 3, 7, 78, 77, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 78, 78, 0.0_dp), &
+      atom_t(0, is_set, 3, 8, 79, 78, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 79, 79, 0.0_dp), &
-      atom_t(0, is_set, 3, 8, 80, 79, 0.0_dp), &
+      atom_t(0, is_set, 3, 9, 80, 79, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 80, 80, 0.0_dp), &
-      atom_t(0, is_set, 3, 9, 81, 80, 0.0_dp), &
+      atom_t(0, is_set, 3, 10, 81, 80, 0.0_dp), &
+      atom_t(1, is_set, 3, 9, 81, 80, 0.0_dp), &
+      atom_t(0, is_set, 3, 11, 81, 80, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 81, 81, 0.0_dp), &
-      atom_t(0, is_set, 3, 10, 82, 81, 0.0_dp), &
-      atom_t(1, is_set, 3, 9, 82, 81, 0.0_dp), &
-      atom_t(0, is_set, 3, 11, 82, 81, 0.0_dp), &
+      atom_t(0, is_set, 3, 12, 82, 81, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 82, 82, 0.0_dp), &
-      atom_t(0, is_set, 3, 12, 83, 82, 0.0_dp), &
+      atom_t(0, is_set, 3, 13, 83, 82, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 83, 83, 0.0_dp), &
-      atom_t(0, is_set, 3, 13, 84, 83, 0.0_dp), &
+      atom_t(0, is_set, 3, 14, 84, 83, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 84, 84, 0.0_dp), &
-      atom_t(0, is_set, 3, 14, 85, 84, 0.0_dp), &
+      atom_t(0, is_set, 3, 15, 85, 84, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 85, 85, 0.0_dp), &
-      atom_t(0, is_set, 3, 15, 86, 85, 0.0_dp), &
+      atom_t(0, is_set, 3, 16, 86, 85, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 86, 86, 0.0_dp), &
-      atom_t(0, is_set, 3, 16, 87, 86, 0.0_dp), &
+      atom_t(0, is_set, 3, 17, 87, 86, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 87, 87, 0.0_dp), &
-      atom_t(0, is_set, 3, 17, 88, 87, 0.0_dp), &
+      atom_t(0, is_set, 3, 18, 88, 87, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 88, 88, 0.0_dp), &
-      atom_t(0, is_set, 3, 18, 89, 88, 0.0_dp), &
+      atom_t(0, is_set, 3, 19, 89, 88, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 89, 89, 0.0_dp), &
-      atom_t(0, is_set, 3, 19, 90, 89, 0.0_dp), &
+      atom_t(0, is_set, 3, 20, 90, 89, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 90, 90, 0.0_dp), &
-      atom_t(0, is_set, 3, 20, 91, 90, 0.0_dp), &
+      atom_t(0, is_set, 3, 21, 91, 90, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 91, 91, 0.0_dp), &
-      atom_t(0, is_set, 3, 21, 92, 91, 0.0_dp), &
+      atom_t(0, is_set, 3, 22, 92, 91, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 92, 92, 0.0_dp), &
-      atom_t(0, is_set, 3, 22, 93, 92, 0.0_dp), &
+      atom_t(0, is_set, 3, 23, 93, 92, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 93, 93, 0.0_dp), &
-      atom_t(0, is_set, 3, 23, 94, 93, 0.0_dp), &
+      atom_t(0, is_set, 3, 24, 94, 93, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 94, 94, 0.0_dp), &
-      atom_t(0, is_set, 3, 24, 95, 94, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 95, 95, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 95, 95, 0.0_dp), &
+      atom_t(1, is_set, 3, 15, 96, 95, 0.0_dp), &
+      atom_t(1, is_set, 3, 16, 96, 95, 0.0_dp), &
+      atom_t(1, is_set, 3, 18, 96, 95, 0.0_dp), &
+      atom_t(1, is_set, 3, 21, 96, 95, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 96, 96, 0.0_dp), &
-      atom_t(1, is_set, 3, 15, 97, 96, 0.0_dp), &
-      atom_t(1, is_set, 3, 16, 97, 96, 0.0_dp), &
-      atom_t(1, is_set, 3, 18, 97, 96, 0.0_dp), &
-      atom_t(1, is_set, 3, 21, 97, 96, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 97, 97, 0.0_dp), &
-      atom_t(0, is_one_of, 1, 2, 98, 99, 0.0_dp), &
-      atom_t(1, is_set, 3, 17, 100, 99, 0.0_dp), &
-      atom_t(1, is_set, 3, 22, 100, 99, 0.0_dp), &
-      atom_t(1, is_set, 3, 23, 100, 99, 0.0_dp), &
-      atom_t(0, is_set, 3, 3, 100, 99, 0.0_dp), &
+      atom_t(0, is_one_of, 1, 2, 97, 98, 0.0_dp), &
+      atom_t(1, is_set, 3, 17, 99, 98, 0.0_dp), &
+      atom_t(1, is_set, 3, 22, 99, 98, 0.0_dp), &
+      atom_t(1, is_set, 3, 23, 99, 98, 0.0_dp), &
+      atom_t(0, is_set, 3, 3, 99, 98, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 99, 99, 0.0_dp), &
+      atom_t(0, is_set, 3, 4, 100, 99, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 100, 100, 0.0_dp), &
-      atom_t(0, is_set, 3, 4, 101, 100, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 101, 101, 0.0_dp), &
-      atom_t(0, is_set, 3, 17, 102, 101, 0.0_dp), &
+      atom_t(0, is_set, 3, 17, 101, 100, 0.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 101, 101, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 102, 101, 0.0_dp, a_plane), &
+      atom_t(0, is_set, 3, 22, 102, 101, 0.0_dp), &
       atom_t(1, is_one_of, 1, 2, 102, 102, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 103, 102, 0.0_dp, a_plane), &
-      atom_t(0, is_set, 3, 22, 103, 102, 0.0_dp), &
+      atom_t(0, is_set, 3, 23, 103, 102, 0.0_dp), &
       atom_t(1, is_one_of, 1, 2, 103, 103, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 104, 103, 0.0_dp, a_plane), &
-      atom_t(0, is_set, 3, 23, 104, 103, 0.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 104, 104, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 105, 104, 0.0_dp, a_plane), &
+      atom_t(0, is_one_of, 3, 2, 104, 104, 0.0_dp), &
+      atom_t(1, is_above, 3, 7, 105, 104, 0.0_dp), &
+      atom_t(0, is_set, 3, 9, 105, 104, 0.0_dp), &
+      atom_t(1, is_set, 3, 10, 105, 104, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 105, 105, 0.0_dp), &
-      atom_t(1, is_above, 3, 7, 106, 105, 0.0_dp), &
-      atom_t(0, is_set, 3, 9, 106, 105, 0.0_dp), &
-      atom_t(1, is_set, 3, 10, 106, 105, 0.0_dp), &
+      atom_t(1, is_set, 3, 12, 106, 105, 0.0_dp), &
       atom_t(0, is_one_of, 3, 2, 106, 106, 0.0_dp), &
-      atom_t(1, is_set, 3, 12, 107, 106, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 107, 107, 0.0_dp), &
-      atom_t(1, is_set, 3, 13, 108, 107, 0.0_dp), &
-      atom_t(1, is_set, 3, 14, 108, 107, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 108, 108, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 109, 110, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 111, 111, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 112, 112, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 113, 113, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 114, 114, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 115, 115, 0.0_dp), &
+      atom_t(1, is_set, 3, 13, 107, 106, 0.0_dp), &
+      atom_t(1, is_set, 3, 14, 107, 106, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 107, 107, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 108, 109, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 110, 110, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 111, 111, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 112, 112, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 113, 113, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 114, 114, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 115, 115, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 116, 115, 2.0_dp), &
       atom_t(0, is_one_of, 3, 6, 116, 116, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 117, 116, 2.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 117, 117, 0.0_dp), &
-      atom_t(1, is_above, 3, 4, 118, 117, 0.4899_dp), &
-      atom_t(1, is_none_of, 1, 2, 118, 118, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 119, 118, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 119, 119, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 120, 120, 0.0_dp), &
-      atom_t(1, is_above, 3, 4, 121, 120, 0.4899_dp), &
-      atom_t(1, is_named, 0, 0, 121, 120, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 3, 6, 121, 121, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 122, 122, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 123, 123, 0.0_dp), &
-      atom_t(1, is_none_of, 1, 2, 124, 124, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 125, 124, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 125, 125, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 6, 126, 126, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 127, 127, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 128, 127, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 3, 6, 128, 128, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 129, 129, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 130, 130, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 131, 131, 0.0_dp)]
+      atom_t(1, is_above, 3, 4, 117, 116, 0.4899_dp), &
+      atom_t(1, is_none_of, 1, 2, 117, 117, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 118, 117, 1.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 118, 118, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 119, 119, 0.0_dp), &
+      atom_t(1, is_above, 3, 4, 120, 119, 0.4899_dp), &
+      atom_t(1, is_named, 0, 0, 120, 119, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 3, 6, 120, 120, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 121, 121, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 122, 122, 0.0_dp), &
+      atom_t(1, is_none_of, 1, 2, 123, 123, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 124, 123, 1.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 124, 124, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 6, 125, 125, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 126, 126, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 127, 126, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 3, 6, 127, 127, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 128, 128, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 129, 129, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 130, 130, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 131, 131, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 132, 132, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 133, 133, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_3(*) = [ &
-      atom_t(1, is_one_of, 13, 2, 132, 132, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 133, 133, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 134, 134, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 135, 137, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 138, 138, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 139, 139, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 140, 141, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 142, 142, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 143, 143, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 144, 144, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 145, 145, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 146, 148, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 149, 149, 0.0_dp), &
-      atom_t(0, is_present, 3, 0, 150, 149, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 150, 149, 0.0_dp, a_body_of_it), &
-      atom_t(0, is_present, 4, 0, 150, 149, 0.0_dp), &
-      atom_t(1, is_set, 4, 1, 150, 149, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 8, 150, 149, 1.0_dp), &
-      atom_t(0, is_set, 4, 1, 150, 149, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 150, 149, 1.0_dp), &
-      atom_t(0, is_set, 4, 10, 150, 149, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 150, 149, 1.0_dp), &
-      atom_t(0, is_set, 4, 11, 150, 149, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 150, 149, 1.0_dp), &
-      atom_t(0, is_set, 4, 12, 150, 149, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 150, 149, 1.0_dp), &
-      atom_t(0, is_set, 4, 20, 150, 149, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 150, 149, 1.0_dp), &
-      atom_t(0, is_set, 4, 14, 150, 149, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 150, 149, 1.0_dp), &
-      atom_t(0, is_set, 4, 16, 150, 149, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 150, 149, 1.0_dp), &
-      atom_t(0, is_set, 4, 15, 150, 149, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 150, 149, 1.0_dp), &
-      atom_t(0, is_set, 4, 17, 150, 149, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 150, 149, 1.0_dp), &
-      atom_t(0, is_set, 4, 18, 150, 149, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 150, 149, 1.0_dp), &
-      atom_t(0, is_set, 4, 19, 150, 149, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 150, 149, 1.0_dp), &
-      atom_t(0, is_set, 4, 9, 150, 149, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 8, 150, 149, 1.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 134, 136, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 137, 137, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 138, 138, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 139, 140, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 141, 141, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 142, 142, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 143, 143, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 144, 144, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 145, 147, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 148, 148, 0.0_dp), &
+      atom_t(0, is_present, 3, 0, 149, 148, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 149, 148, 0.0_dp, a_body_of_it), &
+      atom_t(0, is_present, 4, 0, 149, 148, 0.0_dp), &
+      atom_t(1, is_set, 4, 1, 149, 148, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 1, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 10, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 11, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 12, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 20, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 14, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 16, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 15, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 17, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 18, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 19, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_set, 4, 9, 149, 148, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 8, 149, 148, 1.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 149, 149, 0.0_dp), &
+      atom_t(1, is_set, 4, 3, 150, 149, 0.0_dp), &
+      atom_t(1, is_set, 4, 4, 150, 149, 0.0_dp), &
       atom_t(0, is_one_of, 4, 2, 150, 150, 0.0_dp), &
-      atom_t(1, is_set, 4, 3, 151, 150, 0.0_dp), &
-      atom_t(1, is_set, 4, 4, 151, 150, 0.0_dp), &
+      atom_t(1, is_set, 4, 5, 151, 150, 0.0_dp), &
       atom_t(0, is_one_of, 4, 2, 151, 151, 0.0_dp), &
-      atom_t(1, is_set, 4, 5, 152, 151, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 152, 152, 0.0_dp), &
-      atom_t(1, is_set, 4, 6, 153, 152, 0.0_dp), &
-      atom_t(1, is_above, 4, 7, 153, 152, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 153, 154, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 155, 154, 0.0_dp, a_solid), &
-      atom_t(1, is_one_of, 4, 2, 155, 155, 0.0_dp), &
+      atom_t(1, is_set, 4, 6, 152, 151, 0.0_dp), &
+      atom_t(1, is_above, 4, 7, 152, 151, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 152, 153, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 154, 153, 0.0_dp, a_solid), &
+      atom_t(1, is_one_of, 4, 2, 154, 154, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 2, 155, 155, 0.0_dp), &
+      atom_t(1, is_set, 4, 3, 156, 155, 0.0_dp), &
+      atom_t(1, is_set, 4, 4, 156, 155, 0.0_dp), &
+      atom_t(1, is_above, 4, 7, 156, 155, 0.0_dp), &
       atom_t(0, is_one_of, 4, 2, 156, 156, 0.0_dp), &
-      atom_t(1, is_set, 4, 3, 157, 156, 0.0_dp), &
-      atom_t(1, is_set, 4, 4, 157, 156, 0.0_dp), &
+      atom_t(1, is_set, 4, 6, 157, 156, 0.0_dp), &
       atom_t(1, is_above, 4, 7, 157, 156, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 2, 157, 157, 0.0_dp), &
-      atom_t(1, is_set, 4, 6, 158, 157, 0.0_dp), &
-      atom_t(1, is_above, 4, 7, 158, 157, 0.0_dp), &
-      atom_t(0, is_set, 4, 3, 158, 157, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 2, 158, 158, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 159, 159, 0.0_dp), &
-      atom_t(0, is_set, 4, 4, 160, 159, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 2, 160, 160, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 161, 161, 0.0_dp), &
-      atom_t(0, is_set, 4, 5, 162, 161, 0.0_dp), &
+      atom_t(0, is_set, 4, 3, 157, 156, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 157, 157, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 158, 158, 0.0_dp), &
+      atom_t(0, is_set, 4, 4, 159, 158, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 159, 159, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 160, 160, 0.0_dp), &
+      atom_t(0, is_set, 4, 5, 161, 160, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 161, 161, 0.0_dp), &
+      atom_t(0, is_set, 4, 6, 162, 161, 0.0_dp), &
       atom_t(1, is_one_of, 4, 2, 162, 162, 0.0_dp), &
-      atom_t(0, is_set, 4, 6, 163, 162, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 2, 163, 163, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 164, 164, 0.0_dp), &
-      atom_t(0, is_set, 4, 7, 165, 164, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 2, 165, 165, 0.0_dp), &
-      atom_t(2, is_one_of, 4, 2, 166, 166, 0.0_dp), &
-      atom_t(3, is_one_of, 4, 2, 167, 167, 0.0_dp), &
-      atom_t(0, is_set, 4, 20, 168, 167, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 168, 170, 0.0_dp), &
-      atom_t(0, is_set, 4, 20, 171, 170, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 171, 170, 0.0_dp, another_body_of_that_group), &
-      atom_t(0, is_below, 4, 9, 171, 170, 3.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 171, 170, 2.0_dp), &
-      atom_t(1, is_one_of, 4, 9, 171, 170, 3.0_dp), &
-      atom_t(0, is_set, 4, 10, 171, 170, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 163, 163, 0.0_dp), &
+      atom_t(0, is_set, 4, 7, 164, 163, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 2, 164, 164, 0.0_dp), &
+      atom_t(2, is_one_of, 4, 2, 165, 165, 0.0_dp), &
+      atom_t(3, is_one_of, 4, 2, 166, 166, 0.0_dp), &
+      atom_t(0, is_set, 4, 20, 167, 166, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 167, 169, 0.0_dp), &
+      atom_t(0, is_set, 4, 20, 170, 169, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 170, 169, 0.0_dp, another_body_of_that_group), &
+      atom_t(0, is_below, 4, 9, 170, 169, 3.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 170, 169, 2.0_dp), &
+      atom_t(1, is_one_of, 4, 9, 170, 169, 3.0_dp), &
+      atom_t(0, is_set, 4, 10, 170, 169, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 170, 170, 0.0_dp), &
+      atom_t(0, is_set, 4, 11, 171, 170, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 171, 171, 0.0_dp), &
       atom_t(0, is_set, 4, 11, 172, 171, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 172, 172, 0.0_dp), &
-      atom_t(0, is_set, 4, 11, 173, 172, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 5, 173, 173, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 172, 172, 0.0_dp), &
+      atom_t(0, is_set, 4, 12, 173, 172, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 173, 172, 0.0_dp, a_shear_of_the_eigenstrain), &
+      atom_t(1, is_one_of, 11, 1, 173, 173, 0.0_dp), &
       atom_t(0, is_set, 4, 12, 174, 173, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 174, 173, 0.0_dp, a_shear_of_the_eigenstrain), &
-      atom_t(1, is_one_of, 11, 1, 174, 174, 0.0_dp), &
-      atom_t(0, is_set, 4, 12, 175, 174, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 175, 175, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 174, 174, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 13, 175, 174, 0.0_dp), &
+      atom_t(1, is_set, 4, 12, 175, 174, 0.0_dp), &
+      atom_t(0, is_one_of, 4, 13, 175, 174, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 175, 175, 0.0_dp), &
       atom_t(0, is_one_of, 4, 13, 176, 175, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 17, 176, 175, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 18, 176, 175, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 176, 175, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 16, 176, 175, 0.0_dp), &
+      atom_t(1, is_set, 4, 17, 176, 175, 0.0_dp), &
+      atom_t(2, is_set, 4, 18, 176, 175, 0.0_dp), &
+      atom_t(3, is_set, 4, 19, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 15, 176, 175, 0.0_dp), &
+      atom_t(1, is_set, 4, 16, 176, 175, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 176, 175, 0.0_dp), &
       atom_t(1, is_set, 4, 12, 176, 175, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 13, 176, 175, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 176, 176, 0.0_dp), &
-      atom_t(0, is_one_of, 4, 13, 177, 176, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 177, 176, 0.0_dp), &
-      atom_t(0, is_set, 4, 17, 177, 176, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 177, 176, 0.0_dp), &
-      atom_t(0, is_set, 4, 18, 177, 176, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 177, 176, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 176, 175, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 176, 176, 0.0_dp), &
       atom_t(0, is_set, 4, 19, 177, 176, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 177, 176, 0.0_dp), &
-      atom_t(0, is_set, 4, 16, 177, 176, 0.0_dp), &
-      atom_t(1, is_set, 4, 17, 177, 176, 0.0_dp), &
-      atom_t(2, is_set, 4, 18, 177, 176, 0.0_dp), &
-      atom_t(3, is_set, 4, 19, 177, 176, 0.0_dp), &
-      atom_t(0, is_set, 4, 15, 177, 176, 0.0_dp), &
-      atom_t(1, is_set, 4, 16, 177, 176, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 177, 176, 0.0_dp), &
-      atom_t(1, is_set, 4, 12, 177, 176, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 177, 176, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 177, 177, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 178, 177, 0.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 178, 178, 0.0_dp), &
-      atom_t(0, is_set, 4, 16, 179, 178, 0.0_dp), &
-      atom_t(1, is_set, 17, 5, 179, 178, 0.0_dp), &
-      atom_t(0, is_set, 4, 16, 179, 178, 0.0_dp)]
+      atom_t(1, is_one_of, 1, 2, 177, 177, 0.0_dp), &
+      atom_t(0, is_set, 4, 16, 178, 177, 0.0_dp), &
+      atom_t(1, is_set, 17, 5, 178, 177, 0.0_dp), &
+      atom_t(0, is_set, 4, 16, 178, 177, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 178, 178, 0.0_dp), &
+      atom_t(0, is_set, 4, 19, 179, 178, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 13, 179, 178, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_4(*) = [ &
-      atom_t(1, is_one_of, 17, 6, 179, 179, 0.0_dp), &
-      atom_t(0, is_set, 4, 19, 180, 179, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 13, 180, 179, 0.0_dp), &
-      atom_t(1, is_one_of, 4, 13, 180, 179, 1.0_dp), &
-      atom_t(0, is_set, 4, 12, 180, 179, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 180, 179, 0.0_dp, a_fourth_value_of_the_eigenstrain), &
-      atom_t(1, is_one_of, 1, 2, 180, 180, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 181, 180, 0.0_dp, a_plane), &
-      atom_t(0, is_set, 5, 8, 181, 180, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 6, 181, 182, 0.0_dp), &
-      atom_t(0, is_set, 5, 9, 183, 182, 0.0_dp), &
+      atom_t(1, is_one_of, 4, 13, 179, 178, 1.0_dp), &
+      atom_t(0, is_set, 4, 12, 179, 178, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 179, 178, 0.0_dp, a_fourth_value_of_the_eigenstrain), &
+      atom_t(1, is_one_of, 1, 2, 179, 179, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 180, 179, 0.0_dp, a_plane), &
+      atom_t(0, is_set, 5, 8, 180, 179, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 6, 180, 181, 0.0_dp), &
+      atom_t(0, is_set, 5, 9, 182, 181, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 6, 182, 182, 0.0_dp), &
+      atom_t(0, is_set, 5, 10, 183, 182, 0.0_dp), &
       atom_t(1, is_one_of, 5, 6, 183, 183, 0.0_dp), &
-      atom_t(0, is_set, 5, 10, 184, 183, 0.0_dp), &
+      atom_t(0, is_set, 5, 11, 184, 183, 0.0_dp), &
       atom_t(1, is_one_of, 5, 6, 184, 184, 0.0_dp), &
-      atom_t(0, is_set, 5, 11, 185, 184, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 6, 185, 185, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 186, 187, 0.0_dp), &
-      atom_t(1, is_above, 5, 8, 188, 187, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 185, 186, 0.0_dp), &
+      atom_t(1, is_above, 5, 8, 187, 186, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 187, 187, 0.0_dp), &
+      atom_t(1, is_above, 5, 9, 188, 187, 0.0_dp), &
       atom_t(0, is_one_of, 5, 6, 188, 188, 0.0_dp), &
-      atom_t(1, is_above, 5, 9, 189, 188, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 189, 189, 0.0_dp), &
-      atom_t(1, is_set, 5, 10, 190, 189, 0.0_dp), &
-      atom_t(1, is_set, 5, 11, 190, 189, 0.0_dp), &
-      atom_t(0, is_set, 6, 13, 190, 189, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 190, 191, 0.0_dp), &
-      atom_t(0, is_set, 6, 14, 192, 191, 0.0_dp), &
+      atom_t(1, is_set, 5, 10, 189, 188, 0.0_dp), &
+      atom_t(1, is_set, 5, 11, 189, 188, 0.0_dp), &
+      atom_t(0, is_set, 6, 13, 189, 188, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 189, 190, 0.0_dp), &
+      atom_t(0, is_set, 6, 14, 191, 190, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 191, 191, 0.0_dp), &
+      atom_t(0, is_set, 6, 15, 192, 191, 0.0_dp), &
       atom_t(1, is_one_of, 6, 11, 192, 192, 0.0_dp), &
-      atom_t(0, is_set, 6, 15, 193, 192, 0.0_dp), &
+      atom_t(0, is_set, 6, 16, 193, 192, 0.0_dp), &
       atom_t(1, is_one_of, 6, 11, 193, 193, 0.0_dp), &
-      atom_t(0, is_set, 6, 16, 194, 193, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 194, 194, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 195, 196, 0.0_dp), &
-      atom_t(1, is_above, 6, 13, 197, 196, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 194, 195, 0.0_dp), &
+      atom_t(1, is_above, 6, 13, 196, 195, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 196, 196, 0.0_dp), &
+      atom_t(1, is_above, 6, 14, 197, 196, 0.0_dp), &
       atom_t(0, is_one_of, 6, 11, 197, 197, 0.0_dp), &
-      atom_t(1, is_above, 6, 14, 198, 197, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 198, 198, 0.0_dp), &
-      atom_t(1, is_set, 6, 15, 199, 198, 0.0_dp), &
-      atom_t(1, is_set, 6, 16, 199, 198, 0.0_dp), &
-      atom_t(0, is_set, 15, 6, 199, 198, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 4, 199, 200, 0.0_dp), &
-      atom_t(0, is_set, 15, 7, 201, 200, 0.0_dp), &
+      atom_t(1, is_set, 6, 15, 198, 197, 0.0_dp), &
+      atom_t(1, is_set, 6, 16, 198, 197, 0.0_dp), &
+      atom_t(0, is_set, 15, 6, 198, 197, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 4, 198, 199, 0.0_dp), &
+      atom_t(0, is_set, 15, 7, 200, 199, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 4, 200, 200, 0.0_dp), &
+      atom_t(0, is_set, 15, 8, 201, 200, 0.0_dp), &
       atom_t(1, is_one_of, 15, 4, 201, 201, 0.0_dp), &
-      atom_t(0, is_set, 15, 8, 202, 201, 0.0_dp), &
+      atom_t(0, is_set, 15, 9, 202, 201, 0.0_dp), &
       atom_t(1, is_one_of, 15, 4, 202, 202, 0.0_dp), &
-      atom_t(0, is_set, 15, 9, 203, 202, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 4, 203, 203, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 4, 204, 205, 0.0_dp), &
-      atom_t(1, is_above, 15, 6, 206, 205, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 4, 203, 204, 0.0_dp), &
+      atom_t(1, is_above, 15, 6, 205, 204, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 4, 205, 205, 0.0_dp), &
+      atom_t(1, is_above, 15, 7, 206, 205, 0.0_dp), &
       atom_t(0, is_one_of, 15, 4, 206, 206, 0.0_dp), &
-      atom_t(1, is_above, 15, 7, 207, 206, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 4, 207, 207, 0.0_dp), &
-      atom_t(1, is_set, 15, 8, 208, 207, 0.0_dp), &
-      atom_t(1, is_set, 15, 9, 208, 207, 0.0_dp), &
-      atom_t(0, is_set, 5, 6, 208, 207, 0.0_dp), &
-      atom_t(1, is_set, 5, 4, 208, 207, 0.0_dp), &
-      atom_t(2, is_set, 5, 5, 208, 207, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 208, 207, 0.0_dp), &
-      atom_t(1, is_set, 5, 4, 208, 207, 0.0_dp), &
-      atom_t(2, is_set, 5, 5, 208, 207, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 208, 207, 0.0_dp), &
-      atom_t(1, is_set, 5, 4, 208, 207, 0.0_dp), &
-      atom_t(2, is_set, 5, 5, 208, 207, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 208, 207, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 208, 208, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 209, 211, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 5, 212, 212, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 213, 212, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 213, 213, 0.0_dp), &
-      atom_t(0, is_above, 5, 7, 214, 213, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 214, 216, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 5, 217, 217, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 14, 218, 217, 1.0_dp), &
+      atom_t(1, is_set, 15, 8, 207, 206, 0.0_dp), &
+      atom_t(1, is_set, 15, 9, 207, 206, 0.0_dp), &
+      atom_t(0, is_set, 5, 6, 207, 206, 0.0_dp), &
+      atom_t(1, is_set, 5, 4, 207, 206, 0.0_dp), &
+      atom_t(2, is_set, 5, 5, 207, 206, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 207, 206, 0.0_dp), &
+      atom_t(1, is_set, 5, 4, 207, 206, 0.0_dp), &
+      atom_t(2, is_set, 5, 5, 207, 206, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 207, 206, 0.0_dp), &
+      atom_t(1, is_set, 5, 4, 207, 206, 0.0_dp), &
+      atom_t(2, is_set, 5, 5, 207, 206, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 207, 206, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 207, 207, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 208, 210, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 211, 211, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 212, 211, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 212, 212, 0.0_dp), &
+      atom_t(0, is_above, 5, 7, 213, 212, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 213, 215, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 216, 216, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 14, 217, 216, 1.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 217, 217, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 218, 218, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 219, 219, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 219, 218, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 219, 218, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 219, 218, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 219, 218, 1.0_dp), &
+      atom_t(1, is_one_of, 1, 2, 219, 219, 0.0_dp), &
       atom_t(0, is_one_of, 5, 15, 220, 219, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 220, 219, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 220, 219, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 220, 219, 1.0_dp), &
-      atom_t(1, is_one_of, 1, 2, 220, 220, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 221, 220, 1.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 221, 223, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 15, 224, 223, 1.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 224, 224, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 225, 226, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 227, 226, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 227, 226, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 220, 222, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 15, 223, 222, 1.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 223, 223, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 224, 225, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 226, 225, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 226, 225, 0.0_dp), &
+      atom_t(1, is_set, 6, 5, 226, 225, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 226, 226, 0.0_dp), &
       atom_t(1, is_set, 6, 5, 227, 226, 0.0_dp), &
       atom_t(0, is_one_of, 6, 1, 227, 227, 0.0_dp), &
-      atom_t(1, is_set, 6, 5, 228, 227, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 228, 228, 0.0_dp), &
-      atom_t(1, is_set, 6, 6, 229, 228, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 229, 230, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 231, 230, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 231, 230, 0.0_dp), &
-      atom_t(2, is_set, 6, 4, 231, 230, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 231, 231, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 232, 232, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 233, 232, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 233, 232, 0.0_dp), &
-      atom_t(2, is_set, 6, 4, 233, 232, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 233, 232, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 233, 232, 0.0_dp), &
-      atom_t(1, is_set, 6, 3, 233, 232, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 233, 232, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 233, 232, 0.0_dp), &
-      atom_t(1, is_set, 6, 2, 233, 232, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 233, 232, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 233, 235, 0.0_dp), &
+      atom_t(1, is_set, 6, 6, 228, 227, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 228, 229, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 230, 229, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 230, 229, 0.0_dp), &
+      atom_t(2, is_set, 6, 4, 230, 229, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 230, 230, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 231, 231, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 232, 231, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 232, 231, 0.0_dp), &
+      atom_t(2, is_set, 6, 4, 232, 231, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 232, 231, 0.0_dp), &
+      atom_t(0, is_set, 6, 2, 232, 231, 0.0_dp), &
+      atom_t(1, is_set, 6, 3, 232, 231, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 232, 231, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 232, 231, 0.0_dp), &
+      atom_t(1, is_set, 6, 2, 232, 231, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 232, 231, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 232, 234, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 235, 234, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 235, 235, 0.0_dp), &
       atom_t(0, is_set, 6, 4, 236, 235, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 236, 236, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 237, 236, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 237, 238, 0.0_dp), &
-      atom_t(0, is_set, 6, 4, 239, 238, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 239, 238, 0.0_dp, a_solid), &
-      atom_t(0, is_one_of, 6, 1, 239, 239, 0.0_dp), &
-      atom_t(1, is_set, 6, 9, 240, 239, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 236, 237, 0.0_dp), &
+      atom_t(0, is_set, 6, 4, 238, 237, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 238, 237, 0.0_dp, a_solid), &
+      atom_t(0, is_one_of, 6, 1, 238, 238, 0.0_dp), &
+      atom_t(1, is_set, 6, 9, 239, 238, 0.0_dp), &
+      atom_t(0, is_set, 6, 2, 239, 238, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 239, 239, 0.0_dp), &
       atom_t(0, is_set, 6, 2, 240, 239, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 240, 240, 0.0_dp), &
-      atom_t(0, is_set, 6, 2, 241, 240, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 241, 241, 0.0_dp)]
+      atom_t(1, is_one_of, 6, 7, 241, 241, 0.0_dp), &
+      atom_t(0, is_set, 6, 3, 242, 241, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 242, 242, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_5(*) = [ &
-      atom_t(1, is_one_of, 6, 7, 242, 242, 0.0_dp), &
       atom_t(0, is_set, 6, 3, 243, 242, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 243, 243, 0.0_dp), &
-      atom_t(0, is_set, 6, 3, 244, 243, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 244, 244, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 245, 245, 0.0_dp), &
-      atom_t(0, is_set, 6, 5, 246, 245, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 246, 248, 0.0_dp), &
-      atom_t(0, is_set, 6, 11, 249, 248, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 244, 244, 0.0_dp), &
+      atom_t(0, is_set, 6, 5, 245, 244, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 245, 247, 0.0_dp), &
+      atom_t(0, is_set, 6, 11, 248, 247, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 248, 248, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 249, 248, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 249, 249, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 250, 249, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 250, 250, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 251, 251, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 252, 252, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 253, 253, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 250, 250, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 251, 251, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 252, 252, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 253, 253, 0.0_dp), &
       atom_t(1, is_one_of, 9, 9, 254, 254, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 9, 255, 255, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 256, 256, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 257, 256, 2.0_dp), &
-      atom_t(1, is_named, 0, 0, 257, 256, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 2, 4, 257, 256, 1.0_dp), &
-      atom_t(0, is_set, 6, 6, 257, 256, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 255, 255, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 256, 255, 2.0_dp), &
+      atom_t(1, is_named, 0, 0, 256, 255, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 2, 4, 256, 255, 1.0_dp), &
+      atom_t(0, is_set, 6, 6, 256, 255, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 256, 256, 0.0_dp), &
+      atom_t(0, is_set, 6, 9, 257, 256, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 257, 257, 0.0_dp), &
-      atom_t(0, is_set, 6, 9, 258, 257, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 258, 258, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 259, 259, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 258, 258, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 259, 259, 0.0_dp), &
+      atom_t(0, is_set, 6, 8, 260, 259, 0.0_dp), &
       atom_t(1, is_one_of, 6, 1, 260, 260, 0.0_dp), &
-      atom_t(0, is_set, 6, 8, 261, 260, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 261, 261, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 262, 262, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 10, 263, 264, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 265, 267, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 268, 268, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 269, 268, 0.0_dp), &
-      atom_t(0, is_set, 6, 8, 269, 268, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 269, 271, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 261, 261, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 10, 262, 263, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 264, 266, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 267, 267, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 268, 267, 0.0_dp), &
+      atom_t(0, is_set, 6, 8, 268, 267, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 268, 270, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 271, 271, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 272, 271, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 6, 8, 272, 271, 0.0_dp), &
       atom_t(0, is_one_of, 6, 7, 272, 272, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 273, 272, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 6, 8, 273, 272, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 273, 273, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 274, 273, 0.0_dp, a_pressed_path_that_grows_in_motion), &
-      atom_t(0, is_below, 6, 12, 274, 273, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 11, 274, 274, 0.0_dp), &
-      atom_t(0, is_one_of, 8, 1, 275, 275, 0.0_dp), &
-      atom_t(1, is_above, 8, 2, 276, 275, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 273, 272, 0.0_dp, a_pressed_path_that_grows_in_motion), &
+      atom_t(0, is_below, 6, 12, 273, 272, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 11, 273, 273, 0.0_dp), &
+      atom_t(0, is_one_of, 8, 1, 274, 274, 0.0_dp), &
+      atom_t(1, is_above, 8, 2, 275, 274, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 275, 275, 0.0_dp), &
+      atom_t(0, is_set, 8, 2, 276, 275, 0.0_dp), &
       atom_t(1, is_one_of, 8, 1, 276, 276, 0.0_dp), &
-      atom_t(0, is_set, 8, 2, 277, 276, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 277, 277, 0.0_dp), &
-      atom_t(0, is_set, 8, 3, 278, 277, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 278, 280, 0.0_dp), &
-      atom_t(0, is_one_of, 8, 1, 281, 283, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 284, 283, 2.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 284, 283, 1.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 284, 286, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 287, 289, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 290, 290, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 291, 291, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 292, 294, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 295, 295, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 296, 296, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 297, 297, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 298, 298, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 299, 299, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 300, 301, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 302, 302, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 303, 303, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 304, 303, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 304, 304, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 11, 305, 305, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 306, 306, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 307, 307, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 308, 308, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 12, 309, 309, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 310, 310, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 311, 311, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 312, 314, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 315, 315, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 316, 316, 0.0_dp), &
+      atom_t(0, is_set, 8, 3, 277, 276, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 277, 279, 0.0_dp), &
+      atom_t(0, is_one_of, 8, 1, 280, 282, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 283, 282, 2.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 283, 282, 1.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 283, 285, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 286, 288, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 289, 289, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 290, 290, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 291, 293, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 294, 294, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 295, 295, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 296, 296, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 297, 297, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 298, 298, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 299, 300, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 301, 301, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 302, 302, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 303, 302, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 303, 303, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 11, 304, 304, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 305, 305, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 306, 306, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 307, 307, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 12, 308, 308, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 309, 309, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 310, 310, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 311, 313, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 314, 314, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 315, 315, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 12, 316, 316, 0.0_dp), &
       atom_t(1, is_one_of, 9, 12, 317, 317, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 12, 318, 318, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 319, 319, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 320, 323, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 324, 324, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 325, 325, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 318, 318, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 319, 322, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 323, 323, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 324, 324, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 325, 325, 0.0_dp), &
       atom_t(1, is_one_of, 3, 6, 326, 326, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 327, 327, 0.0_dp), &
-      atom_t(0, is_set, 5, 4, 328, 327, 0.0_dp), &
+      atom_t(0, is_set, 5, 4, 327, 326, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 9, 327, 327, 0.0_dp), &
       atom_t(1, is_one_of, 9, 9, 328, 328, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 329, 328, 0.0_dp), &
       atom_t(1, is_one_of, 9, 9, 329, 329, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 330, 329, 0.0_dp), &
       atom_t(1, is_one_of, 9, 9, 330, 330, 0.0_dp), &
+      atom_t(0, is_set, 5, 15, 331, 330, 0.0_dp), &
       atom_t(1, is_one_of, 9, 9, 331, 331, 0.0_dp), &
-      atom_t(0, is_set, 5, 15, 332, 331, 0.0_dp), &
       atom_t(1, is_one_of, 9, 9, 332, 332, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 9, 333, 333, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 334, 334, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 335, 337, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 338, 338, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 339, 339, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 340, 341, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 342, 342, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 333, 333, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 334, 336, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 337, 337, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 338, 338, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 339, 340, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 341, 341, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 9, 342, 342, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 343, 342, 0.0_dp), &
       atom_t(0, is_one_of, 9, 9, 343, 343, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 344, 343, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 9, 344, 344, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 2, 345, 344, 1.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 345, 345, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 346, 347, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 348, 348, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 349, 352, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 353, 352, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 353, 355, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 356, 355, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 13, 356, 356, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 357, 357, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 358, 358, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 359, 359, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 360, 360, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 361, 360, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(1, is_named, 0, 0, 361, 360, 0.0_dp, quadratic_cells_at_an_axis), &
-      atom_t(1, is_one_of, 9, 19, 361, 361, 0.0_dp)]
+      atom_t(1, is_one_of, 17, 2, 344, 343, 1.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 344, 344, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 345, 346, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 347, 347, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 348, 351, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 352, 351, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 352, 354, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 355, 354, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 13, 355, 355, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 356, 356, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 357, 357, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 358, 358, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 359, 359, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 360, 359, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(1, is_named, 0, 0, 360, 359, 0.0_dp, quadratic_cells_at_an_axis), &
+      atom_t(1, is_one_of, 9, 19, 360, 360, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 361, 361, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 362, 362, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 19, 363, 363, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_6(*) = [ &
-      atom_t(0, is_one_of, 9, 19, 362, 362, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 363, 363, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 19, 364, 364, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 365, 365, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 366, 366, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 367, 367, 0.0_dp), &
-      atom_t(0, is_one_of, 3, 2, 368, 368, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 369, 369, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 370, 370, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 371, 372, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 364, 364, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 365, 365, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 366, 366, 0.0_dp), &
+      atom_t(0, is_one_of, 3, 2, 367, 367, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 368, 368, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 369, 369, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 370, 371, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 372, 372, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 373, 373, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 374, 373, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 374, 374, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 375, 374, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 375, 375, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 14, 376, 375, 1.0_dp), &
       atom_t(1, is_one_of, 9, 1, 376, 376, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 14, 377, 376, 1.0_dp), &
       atom_t(1, is_one_of, 9, 1, 377, 377, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 378, 378, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 1, 379, 379, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 1, 378, 378, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 379, 379, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 380, 380, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 381, 381, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 382, 382, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 383, 383, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 384, 384, 0.0_dp), &
-      atom_t(0, is_set, 9, 4, 385, 384, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 385, 385, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 386, 386, 0.0_dp), &
-      atom_t(1, is_one_of, 2, 4, 387, 386, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 387, 388, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 389, 388, 0.0_dp, cells_that_are_cut), &
-      atom_t(1, is_one_of, 9, 19, 389, 389, 0.0_dp), &
-      atom_t(0, is_set, 9, 2, 390, 389, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 381, 381, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 382, 382, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 383, 383, 0.0_dp), &
+      atom_t(0, is_set, 9, 4, 384, 383, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 384, 384, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 385, 385, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 386, 385, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 386, 387, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 388, 387, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 9, 19, 388, 388, 0.0_dp), &
+      atom_t(0, is_set, 9, 2, 389, 388, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 389, 389, 0.0_dp), &
+      atom_t(0, is_set, 9, 3, 390, 389, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 390, 390, 0.0_dp), &
-      atom_t(0, is_set, 9, 3, 391, 390, 0.0_dp), &
+      atom_t(0, is_above, 9, 2, 391, 390, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 391, 391, 0.0_dp), &
-      atom_t(0, is_above, 9, 2, 392, 391, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 392, 392, 0.0_dp), &
-      atom_t(1, is_above, 9, 8, 393, 392, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 16, 393, 393, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 394, 394, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 395, 395, 0.0_dp), &
+      atom_t(1, is_above, 9, 8, 392, 391, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 16, 392, 392, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 393, 393, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 394, 394, 0.0_dp), &
+      atom_t(0, is_above, 9, 8, 395, 394, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 395, 395, 0.0_dp), &
       atom_t(0, is_above, 9, 8, 396, 395, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 396, 396, 0.0_dp), &
-      atom_t(0, is_above, 9, 8, 397, 396, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 397, 397, 0.0_dp), &
-      atom_t(0, is_set, 9, 7, 398, 397, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 398, 400, 0.0_dp), &
-      atom_t(0, is_set, 9, 13, 401, 400, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 401, 400, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 7, 397, 396, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 397, 399, 0.0_dp), &
+      atom_t(0, is_set, 9, 13, 400, 399, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 400, 399, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 10, 400, 399, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 400, 400, 0.0_dp), &
       atom_t(0, is_set, 9, 10, 401, 400, 0.0_dp), &
       atom_t(1, is_one_of, 9, 1, 401, 401, 0.0_dp), &
       atom_t(0, is_set, 9, 10, 402, 401, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 402, 402, 0.0_dp), &
-      atom_t(0, is_set, 9, 10, 403, 402, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 403, 404, 0.0_dp), &
-      atom_t(1, is_set, 9, 8, 405, 404, 0.0_dp), &
-      atom_t(2, is_one_of, 9, 11, 405, 405, 0.0_dp), &
-      atom_t(0, is_set, 9, 6, 406, 405, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 406, 406, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 5, 407, 407, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 408, 410, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 5, 411, 411, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 5, 412, 412, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 413, 413, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 414, 414, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 6, 415, 415, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 402, 403, 0.0_dp), &
+      atom_t(1, is_set, 9, 8, 404, 403, 0.0_dp), &
+      atom_t(2, is_one_of, 9, 11, 404, 404, 0.0_dp), &
+      atom_t(0, is_set, 9, 6, 405, 404, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 405, 405, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 5, 406, 406, 0.0_dp), &
+      atom_t(1, is_one_of, 8, 1, 407, 409, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 5, 410, 410, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 5, 411, 411, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 412, 412, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 413, 413, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 6, 414, 414, 0.0_dp), &
+      atom_t(0, is_set, 9, 5, 415, 414, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 415, 415, 0.0_dp), &
       atom_t(0, is_set, 9, 5, 416, 415, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 416, 416, 0.0_dp), &
-      atom_t(0, is_set, 9, 5, 417, 416, 0.0_dp), &
+      atom_t(1, is_present, 6, 0, 416, 415, 0.0_dp), &
+      atom_t(2, is_set, 5, 4, 416, 415, 0.0_dp), &
+      atom_t(3, is_set, 4, 12, 416, 415, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 1, 416, 416, 0.0_dp), &
       atom_t(1, is_present, 6, 0, 417, 416, 0.0_dp), &
       atom_t(2, is_set, 5, 4, 417, 416, 0.0_dp), &
-      atom_t(3, is_set, 4, 12, 417, 416, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 1, 417, 417, 0.0_dp), &
-      atom_t(1, is_present, 6, 0, 418, 417, 0.0_dp), &
-      atom_t(2, is_set, 5, 4, 418, 417, 0.0_dp), &
-      atom_t(3, is_set, 5, 5, 418, 417, 0.0_dp), &
-      atom_t(4, is_set, 4, 12, 418, 417, 0.0_dp), &
-      atom_t(0, is_set, 9, 14, 418, 417, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 418, 418, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 419, 418, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 15, 419, 418, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 419, 420, 0.0_dp), &
+      atom_t(3, is_set, 5, 5, 417, 416, 0.0_dp), &
+      atom_t(4, is_set, 4, 12, 417, 416, 0.0_dp), &
+      atom_t(0, is_set, 9, 14, 417, 416, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 417, 417, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 418, 417, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 15, 418, 417, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 418, 419, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 420, 419, 0.0_dp, a_mass_matrix_that_acts), &
+      atom_t(0, is_set, 9, 16, 420, 419, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 420, 420, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 421, 420, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 16, 421, 420, 0.0_dp), &
+      atom_t(0, is_set, 9, 17, 421, 420, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 421, 421, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 422, 421, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 17, 422, 421, 0.0_dp), &
+      atom_t(0, is_set, 9, 18, 422, 421, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 422, 422, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 423, 422, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 18, 423, 422, 0.0_dp), &
+      atom_t(0, is_set, 9, 17, 423, 422, 0.0_dp), &
       atom_t(1, is_one_of, 9, 13, 423, 423, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 424, 423, 0.0_dp, a_mass_matrix_that_acts), &
-      atom_t(0, is_set, 9, 17, 424, 423, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 424, 424, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 16, 425, 425, 0.0_dp), &
-      atom_t(0, is_set, 9, 18, 426, 425, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 426, 426, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 16, 427, 427, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 19, 428, 428, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 429, 429, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 430, 431, 0.0_dp), &
-      atom_t(0, is_set, 7, 1, 432, 431, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 432, 432, 0.0_dp), &
-      atom_t(0, is_set, 20, 2, 433, 432, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 433, 432, 0.0_dp, samples_apart_from_load_steps), &
-      atom_t(0, is_one_of, 9, 7, 433, 433, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 434, 434, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 7, 435, 435, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 7, 436, 436, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 437, 437, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 7, 438, 438, 0.0_dp), &
-      atom_t(0, is_one_of, 9, 13, 439, 439, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 440, 440, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 13, 441, 441, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 16, 424, 424, 0.0_dp), &
+      atom_t(0, is_set, 9, 18, 425, 424, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 425, 425, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 16, 426, 426, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 19, 427, 427, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 428, 428, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 429, 430, 0.0_dp), &
+      atom_t(0, is_set, 7, 1, 431, 430, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 431, 431, 0.0_dp), &
+      atom_t(0, is_set, 20, 2, 432, 431, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 432, 431, 0.0_dp, samples_apart_from_load_steps), &
+      atom_t(0, is_one_of, 9, 7, 432, 432, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 433, 433, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 7, 434, 434, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 7, 435, 435, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 436, 436, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 7, 437, 437, 0.0_dp), &
+      atom_t(0, is_one_of, 9, 13, 438, 438, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 439, 439, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 13, 440, 440, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 441, 441, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 442, 441, 0.0_dp), &
       atom_t(0, is_one_of, 10, 1, 442, 442, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 443, 442, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 443, 443, 0.0_dp), &
-      atom_t(1, is_one_of, 8, 1, 444, 446, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 447, 447, 0.0_dp), &
-      atom_t(0, is_one_of, 10, 1, 448, 448, 0.0_dp)]
+      atom_t(1, is_one_of, 8, 1, 443, 445, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 446, 446, 0.0_dp), &
+      atom_t(0, is_one_of, 10, 1, 447, 447, 0.0_dp), &
+      atom_t(1, is_one_of, 2, 4, 448, 447, 2.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 448, 449, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 450, 449, 0.0_dp, cells_that_are_cut)]
 
    type(atom_t), parameter :: atoms_7(*) = [ &
-      atom_t(1, is_one_of, 2, 4, 449, 448, 2.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 449, 450, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 451, 450, 0.0_dp, cells_that_are_cut), &
+      atom_t(1, is_one_of, 10, 1, 450, 450, 0.0_dp), &
+      atom_t(0, is_set, 10, 8, 451, 450, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 451, 451, 0.0_dp), &
-      atom_t(0, is_set, 10, 8, 452, 451, 0.0_dp), &
+      atom_t(0, is_set, 10, 9, 452, 451, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 452, 452, 0.0_dp), &
-      atom_t(0, is_set, 10, 9, 453, 452, 0.0_dp), &
+      atom_t(0, is_set, 10, 10, 453, 452, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 453, 453, 0.0_dp), &
-      atom_t(0, is_set, 10, 10, 454, 453, 0.0_dp), &
+      atom_t(0, is_set, 10, 13, 454, 453, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 454, 454, 0.0_dp), &
-      atom_t(0, is_set, 10, 13, 455, 454, 0.0_dp), &
+      atom_t(0, is_set, 10, 2, 455, 454, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 455, 455, 0.0_dp), &
-      atom_t(0, is_set, 10, 2, 456, 455, 0.0_dp), &
+      atom_t(0, is_set, 10, 3, 456, 455, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 456, 456, 0.0_dp), &
-      atom_t(0, is_set, 10, 3, 457, 456, 0.0_dp), &
+      atom_t(0, is_set, 10, 4, 457, 456, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 457, 457, 0.0_dp), &
-      atom_t(0, is_set, 10, 4, 458, 457, 0.0_dp), &
+      atom_t(0, is_set, 10, 5, 458, 457, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 458, 458, 0.0_dp), &
-      atom_t(0, is_set, 10, 5, 459, 458, 0.0_dp), &
+      atom_t(0, is_set, 10, 6, 459, 458, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 459, 459, 0.0_dp), &
-      atom_t(0, is_set, 10, 6, 460, 459, 0.0_dp), &
+      atom_t(0, is_set, 10, 7, 460, 459, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 460, 460, 0.0_dp), &
-      atom_t(0, is_set, 10, 7, 461, 460, 0.0_dp), &
+      atom_t(0, is_set, 10, 11, 461, 460, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 461, 461, 0.0_dp), &
       atom_t(0, is_set, 10, 11, 462, 461, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 462, 462, 0.0_dp), &
-      atom_t(0, is_set, 10, 11, 463, 462, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 463, 463, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 462, 462, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 463, 463, 0.0_dp), &
+      atom_t(0, is_set, 10, 12, 464, 463, 0.0_dp), &
       atom_t(1, is_one_of, 10, 1, 464, 464, 0.0_dp), &
       atom_t(0, is_set, 10, 12, 465, 464, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 465, 465, 0.0_dp), &
-      atom_t(0, is_set, 10, 12, 466, 465, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 466, 466, 0.0_dp), &
-      atom_t(1, is_one_of, 10, 1, 467, 467, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 468, 470, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 471, 471, 0.0_dp), &
-      atom_t(1, is_set, 11, 2, 472, 471, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 472, 473, 0.0_dp), &
-      atom_t(1, is_set, 11, 6, 474, 473, 0.0_dp), &
-      atom_t(1, is_set, 11, 7, 474, 473, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 5, 474, 474, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 475, 474, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 475, 474, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 475, 475, 0.0_dp), &
-      atom_t(0, is_set, 11, 6, 476, 475, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 476, 477, 0.0_dp), &
-      atom_t(0, is_set, 11, 7, 478, 477, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 478, 479, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 480, 479, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 480, 482, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 1, 483, 483, 0.0_dp), &
-      atom_t(1, is_set, 11, 11, 484, 483, 0.0_dp), &
-      atom_t(0, is_set, 11, 11, 484, 483, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 484, 484, 0.0_dp), &
-      atom_t(2, is_one_of, 11, 5, 485, 485, 0.0_dp), &
-      atom_t(0, is_set, 11, 2, 486, 485, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 465, 465, 0.0_dp), &
+      atom_t(1, is_one_of, 10, 1, 466, 466, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 467, 469, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 470, 470, 0.0_dp), &
+      atom_t(1, is_set, 11, 2, 471, 470, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 471, 472, 0.0_dp), &
+      atom_t(1, is_set, 11, 6, 473, 472, 0.0_dp), &
+      atom_t(1, is_set, 11, 7, 473, 472, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 5, 473, 473, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 474, 473, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 474, 473, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 474, 474, 0.0_dp), &
+      atom_t(0, is_set, 11, 6, 475, 474, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 475, 476, 0.0_dp), &
+      atom_t(0, is_set, 11, 7, 477, 476, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 477, 478, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 479, 478, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 479, 481, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 482, 482, 0.0_dp), &
+      atom_t(1, is_set, 11, 11, 483, 482, 0.0_dp), &
+      atom_t(0, is_set, 11, 11, 483, 482, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 483, 483, 0.0_dp), &
+      atom_t(2, is_one_of, 11, 5, 484, 484, 0.0_dp), &
+      atom_t(0, is_set, 11, 2, 485, 484, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 485, 485, 0.0_dp), &
+      atom_t(0, is_set, 11, 12, 486, 485, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 486, 486, 0.0_dp), &
-      atom_t(0, is_set, 11, 12, 487, 486, 0.0_dp), &
+      atom_t(0, is_set, 11, 3, 487, 486, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 487, 487, 0.0_dp), &
-      atom_t(0, is_set, 11, 3, 488, 487, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 488, 488, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 1, 488, 488, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 489, 488, 0.0_dp, several_cracks), &
       atom_t(0, is_one_of, 11, 1, 489, 489, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 490, 489, 0.0_dp, several_cracks), &
-      atom_t(0, is_one_of, 11, 1, 490, 490, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 491, 490, 0.0_dp, edges_that_are_no_grid_lines), &
-      atom_t(0, is_set, 11, 8, 491, 490, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 491, 492, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 493, 493, 0.0_dp), &
-      atom_t(0, is_one_of, 11, 9, 494, 495, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 496, 498, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 490, 489, 0.0_dp, edges_that_are_no_grid_lines), &
+      atom_t(0, is_set, 11, 8, 490, 489, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 490, 491, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 492, 492, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 493, 494, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 495, 497, 0.0_dp), &
+      atom_t(0, is_one_of, 11, 9, 498, 498, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 499, 498, 0.0_dp, cohesion_all_along_it), &
       atom_t(0, is_one_of, 11, 9, 499, 499, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 500, 499, 0.0_dp, cohesion_all_along_it), &
-      atom_t(0, is_one_of, 11, 9, 500, 500, 0.0_dp), &
-      atom_t(1, is_above, 11, 10, 501, 500, 0.0_dp), &
+      atom_t(1, is_above, 11, 10, 500, 499, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 500, 500, 0.0_dp), &
+      atom_t(0, is_set, 11, 10, 501, 500, 0.0_dp), &
       atom_t(1, is_one_of, 11, 9, 501, 501, 0.0_dp), &
-      atom_t(0, is_set, 11, 10, 502, 501, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 502, 502, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 503, 502, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 503, 502, 0.0_dp), &
-      atom_t(0, is_set, 12, 1, 503, 502, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 502, 501, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 502, 501, 0.0_dp), &
+      atom_t(0, is_set, 12, 1, 502, 501, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 502, 502, 0.0_dp), &
+      atom_t(0, is_set, 12, 2, 503, 502, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 503, 503, 0.0_dp), &
-      atom_t(0, is_set, 12, 2, 504, 503, 0.0_dp), &
+      atom_t(0, is_set, 12, 9, 504, 503, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 504, 504, 0.0_dp), &
-      atom_t(0, is_set, 12, 9, 505, 504, 0.0_dp), &
+      atom_t(0, is_set, 12, 10, 505, 504, 0.0_dp), &
       atom_t(1, is_one_of, 11, 1, 505, 505, 0.0_dp), &
-      atom_t(0, is_set, 12, 10, 506, 505, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 506, 506, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 506, 505, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 506, 505, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 12, 1, 506, 505, 0.0_dp), &
+      atom_t(0, is_present, 12, 0, 506, 505, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 11, 506, 506, 0.0_dp), &
       atom_t(0, is_present, 12, 0, 507, 506, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 507, 506, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 12, 1, 507, 506, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 507, 506, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 11, 507, 507, 0.0_dp), &
-      atom_t(0, is_present, 12, 0, 508, 507, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 508, 508, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 509, 510, 0.0_dp), &
-      atom_t(1, is_above, 12, 4, 511, 510, 0.0_dp), &
-      atom_t(1, is_above, 12, 5, 511, 510, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 507, 507, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 508, 509, 0.0_dp), &
+      atom_t(1, is_above, 12, 4, 510, 509, 0.0_dp), &
+      atom_t(1, is_above, 12, 5, 510, 509, 0.0_dp), &
+      atom_t(0, is_one_of, 12, 3, 510, 510, 0.0_dp), &
+      atom_t(1, is_above, 12, 6, 511, 510, 0.0_dp), &
       atom_t(0, is_one_of, 12, 3, 511, 511, 0.0_dp), &
-      atom_t(1, is_above, 12, 6, 512, 511, 0.0_dp), &
-      atom_t(0, is_one_of, 12, 3, 512, 512, 0.0_dp), &
-      atom_t(1, is_set, 12, 7, 513, 512, 0.0_dp), &
-      atom_t(1, is_set, 12, 8, 513, 512, 0.0_dp), &
-      atom_t(0, is_set, 12, 4, 513, 512, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 513, 514, 0.0_dp), &
-      atom_t(0, is_set, 12, 5, 515, 514, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 515, 516, 0.0_dp), &
-      atom_t(0, is_set, 12, 6, 517, 516, 0.0_dp), &
+      atom_t(1, is_set, 12, 7, 512, 511, 0.0_dp), &
+      atom_t(1, is_set, 12, 8, 512, 511, 0.0_dp), &
+      atom_t(0, is_set, 12, 4, 512, 511, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 512, 513, 0.0_dp), &
+      atom_t(0, is_set, 12, 5, 514, 513, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 514, 515, 0.0_dp), &
+      atom_t(0, is_set, 12, 6, 516, 515, 0.0_dp), &
+      atom_t(1, is_one_of, 12, 3, 516, 516, 0.0_dp), &
+      atom_t(0, is_set, 12, 7, 517, 516, 0.0_dp), &
       atom_t(1, is_one_of, 12, 3, 517, 517, 0.0_dp), &
-      atom_t(0, is_set, 12, 7, 518, 517, 0.0_dp), &
+      atom_t(0, is_set, 12, 8, 518, 517, 0.0_dp), &
       atom_t(1, is_one_of, 12, 3, 518, 518, 0.0_dp), &
-      atom_t(0, is_set, 12, 8, 519, 518, 0.0_dp), &
-      atom_t(1, is_one_of, 12, 3, 519, 519, 0.0_dp), &
-      atom_t(0, is_set, 12, 12, 520, 519, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 520, 519, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 520, 519, 0.0_dp), &
-      atom_t(0, is_set, 12, 11, 520, 519, 0.0_dp), &
-      atom_t(1, is_set, 12, 10, 520, 519, 0.0_dp), &
-      atom_t(2, is_set, 12, 9, 520, 519, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 520, 519, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 520, 519, 0.0_dp)]
+      atom_t(0, is_set, 12, 12, 519, 518, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 519, 518, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 519, 518, 0.0_dp), &
+      atom_t(0, is_set, 12, 11, 519, 518, 0.0_dp), &
+      atom_t(1, is_set, 12, 10, 519, 518, 0.0_dp), &
+      atom_t(2, is_set, 12, 9, 519, 518, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 519, 518, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 519, 518, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 519, 518, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 519, 519, 0.0_dp), &
+      atom_t(0, is_set, 13, 1, 520, 519, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_8(*) = [ &
-      atom_t(0, is_present, 13, 0, 520, 519, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 520, 520, 0.0_dp), &
-      atom_t(0, is_set, 13, 1, 521, 520, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 521, 521, 0.0_dp), &
-      atom_t(0, is_present, 13, 0, 522, 521, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 522, 521, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 13, 1, 522, 521, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 520, 520, 0.0_dp), &
+      atom_t(0, is_present, 13, 0, 521, 520, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 521, 520, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 13, 1, 521, 520, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 521, 521, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 522, 521, 0.0_dp, growth_by_laws_of_both_kinds), &
       atom_t(0, is_one_of, 13, 2, 522, 522, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 523, 522, 0.0_dp, growth_by_laws_of_both_kinds), &
-      atom_t(0, is_one_of, 13, 2, 523, 523, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 524, 524, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 525, 525, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 526, 527, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 523, 523, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 524, 524, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 525, 526, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 527, 527, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 528, 527, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 528, 527, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 528, 528, 0.0_dp), &
       atom_t(1, is_above, 13, 28, 529, 528, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 529, 528, 0.0_dp), &
+      atom_t(1, is_above, 13, 9, 529, 528, 0.0_dp), &
+      atom_t(1, is_above, 13, 10, 529, 528, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 529, 529, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 530, 529, 0.0_dp), &
-      atom_t(1, is_above, 13, 9, 530, 529, 0.0_dp), &
-      atom_t(1, is_above, 13, 10, 530, 529, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 530, 530, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 531, 530, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_one_of, 13, 25, 531, 532, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 533, 533, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 530, 529, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_one_of, 13, 25, 530, 531, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 532, 532, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 533, 533, 0.0_dp), &
+      atom_t(1, is_above, 13, 28, 534, 533, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 534, 534, 0.0_dp), &
-      atom_t(1, is_above, 13, 28, 535, 534, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 535, 535, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 536, 537, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 538, 539, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 540, 540, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 535, 536, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 537, 538, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 539, 539, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 540, 540, 0.0_dp), &
+      atom_t(1, is_above, 13, 8, 541, 540, 0.0_dp), &
+      atom_t(1, is_above, 13, 10, 541, 540, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 541, 540, 0.0_dp), &
       atom_t(0, is_one_of, 13, 25, 541, 541, 0.0_dp), &
-      atom_t(1, is_above, 13, 8, 542, 541, 0.0_dp), &
-      atom_t(1, is_above, 13, 10, 542, 541, 0.0_dp), &
       atom_t(1, is_above, 13, 5, 542, 541, 0.0_dp), &
       atom_t(0, is_one_of, 13, 25, 542, 542, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 543, 542, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 543, 543, 0.0_dp), &
-      atom_t(1, is_above, 13, 6, 544, 543, 0.0_dp), &
-      atom_t(2, is_set, 13, 17, 544, 543, 0.0_dp), &
-      atom_t(0, is_set, 13, 10, 544, 543, 0.0_dp), &
+      atom_t(1, is_above, 13, 6, 543, 542, 0.0_dp), &
+      atom_t(2, is_set, 13, 17, 543, 542, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 543, 542, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 543, 543, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 544, 543, 0.0_dp), &
       atom_t(1, is_one_of, 13, 25, 544, 544, 0.0_dp), &
-      atom_t(0, is_set, 13, 12, 545, 544, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 545, 545, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 546, 545, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 546, 546, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 545, 544, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 545, 545, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 25, 546, 546, 0.0_dp), &
+      atom_t(1, is_set, 13, 11, 547, 546, 0.0_dp), &
       atom_t(0, is_one_of, 13, 25, 547, 547, 0.0_dp), &
-      atom_t(1, is_set, 13, 11, 548, 547, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 25, 548, 548, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 549, 548, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 549, 548, 0.0_dp), &
-      atom_t(1, is_above, 13, 14, 549, 548, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 549, 548, 0.0_dp), &
-      atom_t(1, is_above, 13, 13, 549, 548, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 549, 549, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 550, 550, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 551, 551, 0.0_dp), &
-      atom_t(0, is_present, 16, 0, 552, 551, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 552, 552, 0.0_dp), &
-      atom_t(0, is_set, 16, 3, 553, 552, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 553, 552, 0.0_dp), &
-      atom_t(0, is_set, 16, 4, 553, 552, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 553, 552, 0.0_dp), &
-      atom_t(0, is_set, 16, 5, 553, 552, 0.0_dp), &
-      atom_t(1, is_set, 16, 2, 553, 552, 0.0_dp), &
-      atom_t(0, is_set, 16, 1, 553, 552, 0.0_dp), &
-      atom_t(1, is_set, 16, 4, 553, 552, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 553, 556, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 548, 547, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 548, 547, 0.0_dp), &
+      atom_t(1, is_above, 13, 14, 548, 547, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 548, 547, 0.0_dp), &
+      atom_t(1, is_above, 13, 13, 548, 547, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 548, 548, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 549, 549, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 550, 550, 0.0_dp), &
+      atom_t(0, is_present, 16, 0, 551, 550, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 551, 551, 0.0_dp), &
+      atom_t(0, is_set, 16, 3, 552, 551, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 552, 551, 0.0_dp), &
+      atom_t(0, is_set, 16, 4, 552, 551, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 552, 551, 0.0_dp), &
+      atom_t(0, is_set, 16, 5, 552, 551, 0.0_dp), &
+      atom_t(1, is_set, 16, 2, 552, 551, 0.0_dp), &
+      atom_t(0, is_set, 16, 1, 552, 551, 0.0_dp), &
+      atom_t(1, is_set, 16, 4, 552, 551, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 552, 555, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 556, 555, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 556, 556, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 557, 556, 0.0_dp), &
       atom_t(0, is_one_of, 5, 12, 557, 556, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 557, 557, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 558, 557, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 558, 557, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 558, 558, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 559, 562, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 558, 561, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 562, 561, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 562, 562, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 563, 562, 0.0_dp), &
       atom_t(0, is_one_of, 6, 17, 563, 562, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 563, 563, 0.0_dp), &
-      atom_t(0, is_set, 6, 12, 564, 563, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 564, 563, 0.0_dp), &
+      atom_t(0, is_set, 5, 5, 564, 563, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 564, 563, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 564, 564, 0.0_dp), &
-      atom_t(0, is_set, 5, 5, 565, 564, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 565, 564, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 565, 565, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 566, 567, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 568, 568, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 569, 569, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 570, 569, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 565, 566, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 567, 567, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 568, 568, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 569, 568, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 569, 569, 0.0_dp), &
+      atom_t(2, is_present, 14, 0, 570, 569, 0.0_dp), &
+      atom_t(0, is_set, 6, 17, 570, 569, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 570, 570, 0.0_dp), &
       atom_t(2, is_present, 14, 0, 571, 570, 0.0_dp), &
-      atom_t(0, is_set, 6, 17, 571, 570, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 571, 571, 0.0_dp), &
-      atom_t(2, is_present, 14, 0, 572, 571, 0.0_dp), &
-      atom_t(0, is_set, 5, 12, 572, 571, 0.0_dp), &
+      atom_t(0, is_set, 5, 12, 571, 570, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 571, 571, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 572, 571, 0.0_dp, something_that_growth_scales), &
+      atom_t(0, is_set, 6, 17, 572, 571, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 572, 572, 0.0_dp), &
       atom_t(1, is_named, 0, 0, 573, 572, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_set, 6, 17, 573, 572, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 573, 573, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 574, 573, 0.0_dp, something_that_growth_scales), &
-      atom_t(0, is_present, 15, 0, 574, 573, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 574, 574, 0.0_dp), &
-      atom_t(0, is_set, 15, 2, 575, 574, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 575, 575, 0.0_dp), &
-      atom_t(0, is_one_of, 15, 1, 576, 576, 0.0_dp), &
-      atom_t(1, is_set, 15, 2, 577, 576, 0.0_dp), &
-      atom_t(0, is_set, 15, 4, 577, 576, 0.0_dp), &
+      atom_t(0, is_present, 15, 0, 573, 572, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 573, 573, 0.0_dp), &
+      atom_t(0, is_set, 15, 2, 574, 573, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 574, 574, 0.0_dp), &
+      atom_t(0, is_one_of, 15, 1, 575, 575, 0.0_dp), &
+      atom_t(1, is_set, 15, 2, 576, 575, 0.0_dp), &
+      atom_t(0, is_set, 15, 4, 576, 575, 0.0_dp), &
+      atom_t(1, is_one_of, 15, 1, 576, 576, 0.0_dp), &
+      atom_t(0, is_set, 15, 5, 577, 576, 0.0_dp), &
       atom_t(1, is_one_of, 15, 1, 577, 577, 0.0_dp), &
-      atom_t(0, is_set, 15, 5, 578, 577, 0.0_dp), &
-      atom_t(1, is_one_of, 15, 1, 578, 578, 0.0_dp), &
-      atom_t(0, is_present, 15, 0, 579, 578, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 579, 578, 0.0_dp, growth_scales_forces_beside_motions), &
-      atom_t(0, is_set, 5, 5, 579, 578, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 579, 578, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 579, 578, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 6, 579, 582, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 583, 582, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 583, 582, 0.0_dp), &
-      atom_t(0, is_set, 5, 7, 583, 582, 0.0_dp), &
-      atom_t(0, is_one_of, 5, 12, 583, 582, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 583, 582, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 11, 583, 586, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 587, 586, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 587, 586, 0.0_dp)]
+      atom_t(0, is_present, 15, 0, 578, 577, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 578, 577, 0.0_dp, growth_scales_forces_beside_motions), &
+      atom_t(0, is_set, 5, 5, 578, 577, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 578, 577, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 578, 577, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 6, 578, 581, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 582, 581, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 582, 581, 0.0_dp), &
+      atom_t(0, is_set, 5, 7, 582, 581, 0.0_dp), &
+      atom_t(0, is_one_of, 5, 12, 582, 581, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 582, 581, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 11, 582, 585, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 586, 585, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 586, 585, 0.0_dp), &
+      atom_t(0, is_set, 6, 12, 586, 585, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 17, 586, 585, 0.0_dp), &
+      atom_t(1, is_present, 15, 0, 586, 585, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_9(*) = [ &
-      atom_t(0, is_set, 6, 12, 587, 586, 0.0_dp), &
+      atom_t(0, is_one_of, 6, 7, 586, 586, 0.0_dp), &
       atom_t(0, is_one_of, 6, 17, 587, 586, 0.0_dp), &
       atom_t(1, is_present, 15, 0, 587, 586, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 7, 587, 587, 0.0_dp), &
-      atom_t(0, is_one_of, 6, 17, 588, 587, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 588, 587, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 2, 587, 587, 0.0_dp), &
+      atom_t(1, is_above, 13, 8, 588, 587, 0.0_dp), &
       atom_t(0, is_one_of, 13, 2, 588, 588, 0.0_dp), &
-      atom_t(1, is_above, 13, 8, 589, 588, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 2, 589, 589, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 590, 589, 0.0_dp), &
-      atom_t(0, is_set, 13, 5, 590, 589, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 589, 588, 0.0_dp), &
+      atom_t(0, is_set, 13, 5, 589, 588, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 589, 589, 0.0_dp), &
+      atom_t(0, is_set, 13, 8, 590, 589, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 590, 590, 0.0_dp), &
-      atom_t(0, is_set, 13, 8, 591, 590, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 591, 591, 0.0_dp), &
-      atom_t(2, is_one_of, 13, 25, 592, 592, 0.0_dp), &
-      atom_t(0, is_set, 13, 9, 593, 592, 0.0_dp), &
+      atom_t(2, is_one_of, 13, 25, 591, 591, 0.0_dp), &
+      atom_t(0, is_set, 13, 9, 592, 591, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 592, 592, 0.0_dp), &
+      atom_t(0, is_set, 13, 10, 593, 592, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 593, 593, 0.0_dp), &
-      atom_t(0, is_set, 13, 10, 594, 593, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 594, 594, 0.0_dp), &
-      atom_t(0, is_set, 13, 11, 595, 594, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 25, 595, 595, 0.0_dp), &
-      atom_t(0, is_set, 13, 12, 596, 595, 0.0_dp), &
+      atom_t(0, is_set, 13, 11, 594, 593, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 25, 594, 594, 0.0_dp), &
+      atom_t(0, is_set, 13, 12, 595, 594, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 595, 595, 0.0_dp), &
+      atom_t(0, is_set, 13, 13, 596, 595, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 596, 596, 0.0_dp), &
-      atom_t(0, is_set, 13, 13, 597, 596, 0.0_dp), &
+      atom_t(0, is_set, 13, 14, 597, 596, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 597, 597, 0.0_dp), &
-      atom_t(0, is_set, 13, 14, 598, 597, 0.0_dp), &
+      atom_t(0, is_set, 13, 28, 598, 597, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 598, 598, 0.0_dp), &
-      atom_t(0, is_set, 13, 28, 599, 598, 0.0_dp), &
+      atom_t(0, is_set, 13, 6, 599, 598, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 599, 599, 0.0_dp), &
-      atom_t(0, is_set, 13, 6, 600, 599, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 600, 600, 0.0_dp), &
-      atom_t(2, is_one_of, 13, 25, 601, 601, 0.0_dp), &
-      atom_t(0, is_set, 13, 7, 602, 601, 0.0_dp), &
-      atom_t(1, is_above, 13, 6, 602, 601, 0.0_dp), &
-      atom_t(0, is_set, 13, 15, 602, 601, 0.0_dp), &
+      atom_t(2, is_one_of, 13, 25, 600, 600, 0.0_dp), &
+      atom_t(0, is_set, 13, 7, 601, 600, 0.0_dp), &
+      atom_t(1, is_above, 13, 6, 601, 600, 0.0_dp), &
+      atom_t(0, is_set, 13, 15, 601, 600, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 601, 601, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 602, 601, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 602, 602, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 603, 602, 0.0_dp), &
+      atom_t(0, is_set, 13, 19, 603, 602, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 603, 603, 0.0_dp), &
-      atom_t(0, is_set, 13, 19, 604, 603, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 604, 603, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 604, 604, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 605, 604, 0.0_dp), &
+      atom_t(0, is_set, 13, 17, 605, 604, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 605, 605, 0.0_dp), &
-      atom_t(0, is_set, 13, 17, 606, 605, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 606, 606, 0.0_dp), &
-      atom_t(2, is_one_of, 13, 25, 607, 607, 0.0_dp), &
-      atom_t(0, is_set, 13, 21, 608, 607, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 608, 608, 0.0_dp), &
-      atom_t(0, is_set, 13, 22, 609, 608, 0.0_dp), &
+      atom_t(2, is_one_of, 13, 25, 606, 606, 0.0_dp), &
+      atom_t(0, is_set, 13, 21, 607, 606, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 607, 607, 0.0_dp), &
+      atom_t(0, is_set, 13, 22, 608, 607, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 21, 608, 608, 0.0_dp), &
+      atom_t(0, is_set, 13, 23, 609, 608, 0.0_dp), &
       atom_t(1, is_one_of, 13, 21, 609, 609, 0.0_dp), &
-      atom_t(0, is_set, 13, 23, 610, 609, 0.0_dp), &
+      atom_t(0, is_set, 13, 24, 610, 609, 0.0_dp), &
       atom_t(1, is_one_of, 13, 21, 610, 610, 0.0_dp), &
-      atom_t(0, is_set, 13, 24, 611, 610, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 21, 611, 611, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 21, 612, 612, 0.0_dp), &
-      atom_t(1, is_above, 13, 23, 613, 612, 0.0_dp), &
-      atom_t(0, is_set, 4, 14, 613, 612, 0.0_dp), &
-      atom_t(1, is_above, 13, 5, 613, 612, 0.0_dp), &
-      atom_t(0, is_set, 13, 26, 613, 612, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 21, 611, 611, 0.0_dp), &
+      atom_t(1, is_above, 13, 23, 612, 611, 0.0_dp), &
+      atom_t(0, is_set, 4, 14, 612, 611, 0.0_dp), &
+      atom_t(1, is_above, 13, 5, 612, 611, 0.0_dp), &
+      atom_t(0, is_set, 13, 26, 612, 611, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 612, 612, 0.0_dp), &
+      atom_t(0, is_set, 13, 27, 613, 612, 0.0_dp), &
       atom_t(1, is_one_of, 13, 2, 613, 613, 0.0_dp), &
-      atom_t(0, is_set, 13, 27, 614, 613, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 614, 614, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 615, 615, 0.0_dp), &
-      atom_t(1, is_set, 13, 4, 616, 615, 0.0_dp), &
-      atom_t(0, is_set, 13, 4, 616, 615, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 616, 616, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 617, 617, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 618, 618, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 3, 619, 622, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 623, 623, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 3, 624, 624, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 625, 626, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 627, 627, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 628, 628, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 629, 629, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 630, 630, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 30, 631, 631, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 632, 632, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 633, 633, 0.0_dp), &
-      atom_t(0, is_one_of, 13, 30, 634, 635, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 636, 636, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 614, 614, 0.0_dp), &
+      atom_t(1, is_set, 13, 4, 615, 614, 0.0_dp), &
+      atom_t(0, is_set, 13, 4, 615, 614, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 615, 615, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 616, 616, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 617, 617, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 3, 618, 621, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 622, 622, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 3, 623, 623, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 624, 625, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 626, 626, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 627, 627, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 628, 628, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 629, 629, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 30, 630, 630, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 631, 631, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 632, 632, 0.0_dp), &
+      atom_t(0, is_one_of, 13, 30, 633, 634, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 635, 635, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 636, 635, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 636, 635, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 636, 635, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 636, 635, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 14, 1, 636, 635, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 636, 635, 0.0_dp), &
+      atom_t(1, is_above, 14, 2, 636, 635, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 636, 635, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 636, 636, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 637, 636, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 637, 636, 0.0_dp, something_that_growth_scales), &
       atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 637, 636, 0.0_dp, several_cracks), &
-      atom_t(1, is_set, 14, 1, 637, 636, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
-      atom_t(1, is_above, 14, 2, 637, 636, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 637, 636, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 637, 637, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 637, 637, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 638, 637, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 638, 637, 0.0_dp, something_that_growth_scales), &
+      atom_t(1, is_present, 15, 0, 638, 637, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 638, 637, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 638, 638, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 638, 637, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 638, 637, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 638, 638, 0.0_dp), &
       atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
-      atom_t(1, is_present, 15, 0, 639, 638, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 639, 638, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 639, 638, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 639, 639, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 640, 639, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 640, 641, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 642, 642, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 643, 642, 0.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 643, 642, 1.0_dp), &
-      atom_t(1, is_one_of, 5, 14, 643, 642, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 643, 642, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 643, 643, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 644, 645, 0.0_dp), &
-      atom_t(0, is_present, 14, 0, 646, 645, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 646, 646, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 647, 648, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 639, 640, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 641, 641, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 642, 641, 0.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 642, 641, 1.0_dp), &
+      atom_t(1, is_one_of, 5, 14, 642, 641, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 642, 641, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 642, 642, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 643, 644, 0.0_dp), &
+      atom_t(0, is_present, 14, 0, 645, 644, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 645, 645, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 646, 647, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 648, 648, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 649, 648, 0.0_dp), &
       atom_t(0, is_one_of, 17, 1, 649, 649, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 650, 649, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 650, 650, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 651, 650, 0.0_dp, tips_at_no_nodes), &
-      atom_t(1, is_one_of, 17, 1, 651, 651, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 652, 652, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 653, 652, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 653, 653, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 654, 653, 0.0_dp, a_plane)]
+      atom_t(1, is_named, 0, 0, 650, 649, 0.0_dp, tips_at_no_nodes), &
+      atom_t(1, is_one_of, 17, 1, 650, 650, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 651, 651, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 652, 651, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 652, 652, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 653, 652, 0.0_dp, a_plane), &
+      atom_t(1, is_one_of, 17, 1, 653, 653, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 654, 654, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 655, 654, 0.0_dp)]
 
    type(atom_t), parameter :: atoms_10(*) = [ &
-      atom_t(1, is_one_of, 17, 1, 654, 654, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 655, 655, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 656, 655, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 656, 656, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 657, 657, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 658, 658, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 659, 659, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 660, 660, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 661, 661, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 662, 662, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 663, 663, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 664, 664, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 665, 665, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 666, 666, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 667, 668, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 669, 669, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 670, 670, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 7, 671, 671, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 672, 672, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 673, 673, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 10, 674, 675, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 676, 676, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 677, 677, 0.0_dp), &
-      atom_t(1, is_present, 12, 0, 678, 677, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 678, 678, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 679, 679, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 680, 679, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 680, 680, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 681, 681, 0.0_dp), &
-      atom_t(1, is_present, 14, 0, 682, 681, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 682, 682, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 683, 683, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 684, 684, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 1, 685, 685, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 686, 686, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 655, 655, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 656, 656, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 657, 657, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 658, 658, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 659, 659, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 660, 660, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 661, 661, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 662, 662, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 663, 663, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 664, 664, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 665, 665, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 666, 667, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 668, 668, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 669, 669, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 7, 670, 670, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 671, 671, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 672, 672, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 10, 673, 674, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 675, 675, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 676, 676, 0.0_dp), &
+      atom_t(1, is_present, 12, 0, 677, 676, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 677, 677, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 678, 678, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 679, 678, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 679, 679, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 680, 680, 0.0_dp), &
+      atom_t(1, is_present, 14, 0, 681, 680, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 681, 681, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 682, 682, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 683, 683, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 1, 684, 684, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 685, 685, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 4, 686, 685, 1.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 686, 686, 0.0_dp), &
       atom_t(0, is_one_of, 17, 4, 687, 686, 1.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 687, 687, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 687, 687, 0.0_dp), &
       atom_t(0, is_one_of, 17, 4, 688, 687, 1.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 688, 688, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 4, 689, 688, 1.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 689, 689, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 688, 688, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 689, 688, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 689, 689, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 690, 689, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 690, 690, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 690, 690, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 691, 690, 0.0_dp), &
       atom_t(1, is_one_of, 3, 2, 691, 691, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 692, 691, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 692, 692, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 692, 692, 0.0_dp), &
       atom_t(0, is_set, 17, 5, 693, 692, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 693, 693, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 694, 693, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 9, 694, 695, 0.0_dp), &
-      atom_t(0, is_set, 17, 5, 696, 695, 0.0_dp), &
-      atom_t(1, is_one_of, 13, 2, 696, 696, 0.0_dp), &
-      atom_t(0, is_set, 17, 3, 697, 696, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 1, 697, 697, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 698, 698, 0.0_dp), &
-      atom_t(1, is_above, 17, 7, 699, 698, 0.0_dp), &
-      atom_t(0, is_set, 17, 7, 699, 698, 0.0_dp), &
-      atom_t(1, is_one_of, 17, 6, 699, 699, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 700, 700, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 1, 701, 703, 0.0_dp), &
-      atom_t(1, is_one_of, 11, 5, 704, 704, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 9, 693, 694, 0.0_dp), &
+      atom_t(0, is_set, 17, 5, 695, 694, 0.0_dp), &
+      atom_t(1, is_one_of, 13, 2, 695, 695, 0.0_dp), &
+      atom_t(0, is_set, 17, 3, 696, 695, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 1, 696, 696, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 697, 697, 0.0_dp), &
+      atom_t(1, is_above, 17, 7, 698, 697, 0.0_dp), &
+      atom_t(0, is_set, 17, 7, 698, 697, 0.0_dp), &
+      atom_t(1, is_one_of, 17, 6, 698, 698, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 699, 699, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 1, 700, 702, 0.0_dp), &
+      atom_t(1, is_one_of, 11, 5, 703, 703, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 704, 704, 0.0_dp), &
+      atom_t(1, is_named, 0, 0, 705, 704, 0.0_dp, several_bodies), &
       atom_t(0, is_one_of, 17, 6, 705, 705, 0.0_dp), &
-      atom_t(1, is_named, 0, 0, 706, 705, 0.0_dp, several_bodies), &
-      atom_t(0, is_one_of, 17, 6, 706, 706, 0.0_dp), &
-      atom_t(1, is_one_of, 3, 2, 707, 707, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 708, 708, 0.0_dp), &
-      atom_t(1, is_one_of, 6, 1, 709, 710, 0.0_dp), &
-      atom_t(0, is_one_of, 17, 6, 711, 711, 0.0_dp), &
-      atom_t(1, is_present, 13, 0, 712, 711, 0.0_dp), &
+      atom_t(1, is_one_of, 3, 2, 706, 706, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 707, 707, 0.0_dp), &
+      atom_t(1, is_one_of, 6, 1, 708, 709, 0.0_dp), &
+      atom_t(0, is_one_of, 17, 6, 710, 710, 0.0_dp), &
+      atom_t(1, is_present, 13, 0, 711, 710, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 711, 711, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 712, 711, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 712, 712, 0.0_dp), &
       atom_t(1, is_set, 18, 3, 713, 712, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 713, 713, 0.0_dp), &
       atom_t(1, is_set, 18, 3, 714, 713, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 714, 714, 0.0_dp), &
       atom_t(1, is_set, 18, 3, 715, 714, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 715, 715, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 716, 715, 0.0_dp), &
-      atom_t(0, is_set, 18, 3, 716, 715, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 716, 719, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 720, 720, 0.0_dp), &
-      atom_t(1, is_one_of, 9, 1, 721, 721, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 4, 722, 723, 0.0_dp), &
-      atom_t(1, is_set, 18, 3, 724, 723, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 724, 725, 0.0_dp), &
-      atom_t(1, is_present, 11, 0, 726, 725, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 726, 727, 0.0_dp), &
-      atom_t(0, is_named, 0, 0, 728, 727, 0.0_dp, several_cracks), &
+      atom_t(0, is_set, 18, 3, 715, 714, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 715, 718, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 719, 719, 0.0_dp), &
+      atom_t(1, is_one_of, 9, 1, 720, 720, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 4, 721, 722, 0.0_dp), &
+      atom_t(1, is_set, 18, 3, 723, 722, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 723, 724, 0.0_dp), &
+      atom_t(1, is_present, 11, 0, 725, 724, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 725, 726, 0.0_dp), &
+      atom_t(0, is_named, 0, 0, 727, 726, 0.0_dp, several_cracks), &
+      atom_t(1, is_set, 18, 5, 727, 726, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 727, 727, 0.0_dp), &
       atom_t(1, is_set, 18, 5, 728, 727, 0.0_dp), &
       atom_t(0, is_one_of, 18, 2, 728, 728, 0.0_dp), &
-      atom_t(1, is_set, 18, 5, 729, 728, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 729, 729, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 730, 731, 0.0_dp), &
-      atom_t(0, is_set, 18, 5, 732, 731, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 732, 734, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 2, 735, 735, 0.0_dp), &
-      atom_t(1, is_above, 18, 7, 736, 735, 0.0_dp), &
-      atom_t(0, is_set, 18, 7, 736, 735, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 729, 730, 0.0_dp), &
+      atom_t(0, is_set, 18, 5, 731, 730, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 731, 733, 0.0_dp), &
+      atom_t(0, is_one_of, 18, 2, 734, 734, 0.0_dp), &
+      atom_t(1, is_above, 18, 7, 735, 734, 0.0_dp), &
+      atom_t(0, is_set, 18, 7, 735, 734, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 735, 735, 0.0_dp), &
+      atom_t(0, is_set, 6, 18, 736, 735, 0.0_dp), &
       atom_t(1, is_one_of, 18, 2, 736, 736, 0.0_dp), &
-      atom_t(0, is_set, 6, 18, 737, 736, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 737, 737, 0.0_dp), &
-      atom_t(0, is_one_of, 18, 6, 738, 738, 0.0_dp), &
-      atom_t(1, is_one_of, 18, 2, 739, 739, 0.0_dp)]
+      atom_t(0, is_one_of, 18, 6, 737, 737, 0.0_dp), &
+      atom_t(1, is_one_of, 18, 2, 738, 738, 0.0_dp)]
 
    type(atom_t), parameter :: atoms(*) = [atoms_1, atoms_2, atoms_3, atoms_4, atoms_5, atoms_6, atoms_7, atoms_8, atoms_9, &
       atoms_10]
@@ -1411,810 +1409,808 @@ module hampm_rule_table
          mechanics, 'cracks stay in their planes', '&growth direction = ''straight''', 95, 1, 1, 1), &
       rule_t('&growth law = {growth laws in motion} and &growth mixed_mode = ''hutchinson_suo'' | '//'''benzeggagh_kenane''', &
          not_with, 'a solid', not_built, 'of fronts in motion it is not', '&growth mixed_mode = ''none''', 98, 2, 1, 1), &
-      rule_t('&growth law = {growth laws in motion} and &growth extensions', not_with, 'a solid', not_built, &
-         'of fronts in motion it is not', '', 102, 2, 1, 0), &
       rule_t('&growth law = {growth laws in motion} and &growth angles', not_with, 'a solid', not_built, &
-         'of fronts in motion it is not', '', 105, 2, 1, 0)]
+         'of fronts in motion it is not', '', 102, 2, 1, 0), &
+      rule_t('&growth max_length', not_with, 'a solid', mechanics, 'a crack in a plane has an area', '', 105, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_2(*) = [ &
-      rule_t('&growth max_length', not_with, 'a solid', mechanics, 'a crack in a plane has an area', '', 108, 1, 1, 0), &
       rule_t('&growth tips = ''largest'' | ''last'' | ''first''', not_with, 'a solid', mechanics, 'a front has no tips', &
-         '&growth tips = ''all''', 110, 1, 1, 1), &
+         '&growth tips = ''all''', 107, 1, 1, 1), &
       rule_t('&energy_release estimators = ''material_force'' | ''stress_closure''', not_with, 'a solid', not_built, '', &
-         '''domain_integral'' or ''vcct''', 113, 1, 1, 1), &
-      rule_t('&energy_release t_stress = .true.', not_with, 'a solid', not_built, 'along fronts G and K are found', '', 116, 1, &
+         '''domain_integral'' or ''vcct''', 110, 1, 1, 1), &
+      rule_t('&energy_release t_stress = .true.', not_with, 'a solid', not_built, 'along fronts G and K are found', '', 113, 1, &
          1, 0), &
       rule_t('&energy_release phase_length', not_with, 'a solid', not_built, 'K along fronts are those of one material', '', &
-         118, 1, 1, 0), &
+         115, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, 'a solid', mechanics, 'the closed form is for a plane', &
-         '&energy_release reference = ''value''', 120, 1, 1, 1), &
-      rule_t('&nucleation', not_with, 'a solid', not_built, 'a crack is a line in a plane', '', 123, 1, 1, 0), &
+         '&energy_release reference = ''value''', 117, 1, 1, 1), &
+      rule_t('&nucleation', not_with, 'a solid', not_built, 'a crack is a line in a plane', '', 120, 1, 1, 0), &
       rule_t('&method shape_functions = ''cpdi''', not_with, 'a solid', not_built, '', '&method shape_functions = ''linear''', &
-         125, 1, 1, 1), &
+         122, 1, 1, 1), &
       rule_t('&grid order = 2', not_with, &
          '&method time = ''explicit'' | ''implicit'' and &growth law = {growth laws in motion}', not_built, &
-         'growth through quadratic cells is static only', '&grid order = 1', 128, 1, 2, 1), &
+         'growth through quadratic cells is static only', '&grid order = 1', 125, 1, 2, 1), &
       rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &growth', not_built, &
-         'bonded points ahead of the tip join nodes of bilinear cells', '&grid order = 1', 132, 1, 2, 1), &
-      rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &cohesive', not_built, '', '&grid order = 1', 136, 1, &
+         'bonded points ahead of the tip join nodes of bilinear cells', '&grid order = 1', 129, 1, 2, 1), &
+      rule_t('&grid order = 2', not_with, '&crack kind = ''symmetry'' and &cohesive', not_built, '', '&grid order = 1', 133, 1, &
          2, 1), &
-      rule_t('&material law /= ''orthotropic''', requires, '&material young', by_meaning, '', '', 140, 1, 1, 0), &
-      rule_t('&material yield_stress', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 142, 1, 1, 0), &
-      rule_t('&material hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 144, 1, 1, 0), &
-      rule_t('&material saturation', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 146, 1, 1, 0), &
-      rule_t('&material saturation_strain', requires, '&material saturation', by_meaning, '', '', 148, 1, 1, 0), &
-      rule_t('&material kinematic_hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 150, 1, 1, 0), &
-      rule_t('&material c01', requires, '&material law = ''mooney_rivlin''', by_meaning, '', '', 152, 1, 1, 0), &
-      rule_t('&material moduli', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 154, 1, 1, 0), &
-      rule_t('&material relaxation_times', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 156, 1, 1, 0), &
-      rule_t('&material young_1', requires, '&material law = ''orthotropic''', by_meaning, '', '', 158, 1, 1, 0), &
-      rule_t('&material young_2', requires, '&material law = ''orthotropic''', by_meaning, '', '', 160, 1, 1, 0), &
-      rule_t('&material young_3', requires, '&material law = ''orthotropic''', by_meaning, '', '', 162, 1, 1, 0), &
-      rule_t('&material shear_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 164, 1, 1, 0), &
-      rule_t('&material shear_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 166, 1, 1, 0), &
-      rule_t('&material shear_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 168, 1, 1, 0), &
-      rule_t('&material poisson_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 170, 1, 1, 0), &
-      rule_t('&material poisson_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 172, 1, 1, 0), &
-      rule_t('&material poisson_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 174, 1, 1, 0), &
-      rule_t('&material angle', requires, '&material law = ''orthotropic''', by_meaning, '', '', 176, 1, 1, 0), &
+      rule_t('&material law /= ''orthotropic''', requires, '&material young', by_meaning, '', '', 137, 1, 1, 0), &
+      rule_t('&material yield_stress', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 139, 1, 1, 0), &
+      rule_t('&material hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 141, 1, 1, 0), &
+      rule_t('&material saturation', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 143, 1, 1, 0), &
+      rule_t('&material saturation_strain', requires, '&material saturation', by_meaning, '', '', 145, 1, 1, 0), &
+      rule_t('&material kinematic_hardening', requires, '&material law = ''j2_plastic''', by_meaning, '', '', 147, 1, 1, 0), &
+      rule_t('&material c01', requires, '&material law = ''mooney_rivlin''', by_meaning, '', '', 149, 1, 1, 0), &
+      rule_t('&material moduli', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 151, 1, 1, 0), &
+      rule_t('&material relaxation_times', requires, '&material law = ''viscoelastic''', by_meaning, '', '', 153, 1, 1, 0), &
+      rule_t('&material young_1', requires, '&material law = ''orthotropic''', by_meaning, '', '', 155, 1, 1, 0), &
+      rule_t('&material young_2', requires, '&material law = ''orthotropic''', by_meaning, '', '', 157, 1, 1, 0), &
+      rule_t('&material young_3', requires, '&material law = ''orthotropic''', by_meaning, '', '', 159, 1, 1, 0), &
+      rule_t('&material shear_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 161, 1, 1, 0), &
+      rule_t('&material shear_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 163, 1, 1, 0), &
+      rule_t('&material shear_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 165, 1, 1, 0), &
+      rule_t('&material poisson_12', requires, '&material law = ''orthotropic''', by_meaning, '', '', 167, 1, 1, 0), &
+      rule_t('&material poisson_13', requires, '&material law = ''orthotropic''', by_meaning, '', '', 169, 1, 1, 0), &
+      rule_t('&material poisson_23', requires, '&material law = ''orthotropic''', by_meaning, '', '', 171, 1, 1, 0), &
+      rule_t('&material angle', requires, '&material law = ''orthotropic''', by_meaning, '', '', 173, 1, 1, 0), &
       rule_t('&material law = ''orthotropic''', requires, &
-         '&material young_1 and &material young_2 and &material shear_12 and &material poisson_12', by_meaning, '', '', 178, 1, &
+         '&material young_1 and &material young_2 and &material shear_12 and &material poisson_12', by_meaning, '', '', 175, 1, &
          4, 0), &
       rule_t('&material law = ''orthotropic'' and &run plane = ''strain'' | ''axisymmetric''', requires, &
          '&material young_3 and &material poisson_13 and &material poisson_23', mechanics, &
-         'strain across the plane is constrained', '', 183, 2, 3, 0), &
-      rule_t('&material young', not_with, '&material law = ''orthotropic''', by_meaning, '', 'young_1 and young_2', 188, 1, 1, &
+         'strain across the plane is constrained', '', 180, 2, 3, 0), &
+      rule_t('&material young', not_with, '&material law = ''orthotropic''', by_meaning, '', 'young_1 and young_2', 185, 1, 1, &
          0), &
-      rule_t('&material poisson', not_with, '&material law = ''orthotropic''', by_meaning, '', 'poisson_12', 190, 1, 1, 0), &
+      rule_t('&material poisson', not_with, '&material law = ''orthotropic''', by_meaning, '', 'poisson_12', 187, 1, 1, 0), &
       rule_t('&material young_3', no_effect_with, '&run plane = ''stress'' and a plane', mechanics, 'the thickness is free', '', &
-         192, 1, 2, 0), &
+         189, 1, 2, 0), &
       rule_t('&material poisson_13', no_effect_with, '&run plane = ''stress'' and a plane', mechanics, 'the thickness is free', &
-         '', 195, 1, 2, 0), &
+         '', 192, 1, 2, 0), &
       rule_t('&material poisson_23', no_effect_with, '&run plane = ''stress'' and a plane', mechanics, 'the thickness is free', &
-         '', 198, 1, 2, 0), &
-      rule_t('&material law = ''j2_plastic''', requires, '&material yield_stress > 0', by_meaning, '', '', 201, 1, 1, 0), &
-      rule_t('&material saturation', requires, '&material saturation_strain', by_meaning, '', '', 203, 1, 1, 0), &
-      rule_t('&material law = ''mooney_rivlin''', requires, '&material c01', by_meaning, '', '', 205, 1, 1, 0)]
+         '', 195, 1, 2, 0), &
+      rule_t('&material law = ''j2_plastic''', requires, '&material yield_stress > 0', by_meaning, '', '', 198, 1, 1, 0), &
+      rule_t('&material saturation', requires, '&material saturation_strain', by_meaning, '', '', 200, 1, 1, 0), &
+      rule_t('&material law = ''mooney_rivlin''', requires, '&material c01', by_meaning, '', '', 202, 1, 1, 0), &
+      rule_t('&material law = ''viscoelastic''', requires, '&material moduli and &material relaxation_times', by_meaning, '', &
+         '', 204, 1, 2, 0)]
 
    type(rule_t), parameter :: rules_3(*) = [ &
-      rule_t('&material law = ''viscoelastic''', requires, '&material moduli and &material relaxation_times', by_meaning, '', &
-         '', 207, 1, 2, 0), &
       rule_t('&material volumetric = ''b_bar''', not_with, &
          '&method time = ''static'' | ''implicit'' and &material law = {laws of any strain}', not_built, &
-         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 210, 1, 2, 1), &
+         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 207, 1, 2, 1), &
       rule_t('&material volumetric = ''b_bar''', not_with, '&method shape_functions = ''cpdi''', mechanics, &
-         'a domain has one dilatation', '&material volumetric = ''standard''', 214, 1, 1, 1), &
+         'a domain has one dilatation', '&material volumetric = ''standard''', 211, 1, 1, 1), &
       rule_t('&material volumetric = ''b_bar''', no_effect_with, '&grid order = 2', mechanics, 'quadratic cells do not lock', &
-         '', 217, 1, 1, 0), &
+         '', 214, 1, 1, 0), &
       rule_t('&material volumetric = ''standard''', warned_with, &
          '&material poisson > 0.4899 and &run plane /= ''stress'' and &grid order = 1', mechanics, &
-         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 219, &
+         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 216, &
          1, 3, 1), &
       rule_t('&material volumetric = ''standard''', warned_with, '&material poisson > 0.4899 and a solid', mechanics, &
-         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 224, &
+         'nearly incompressible cells lock: displacements, G, J and K are too small', '&material volumetric = ''b_bar''', 221, &
          1, 2, 1), &
       rule_t('&material volumetric = ''standard''', warned_with, &
          '&material law = ''j2_plastic'' and &run plane /= ''stress'' and &grid order = 1', mechanics, &
          'yielding cells lock: they are too stiff, and loads rise beyond the limit load', '&material volumetric = ''b_bar''', &
-         228, 1, 3, 1), &
+         225, 1, 3, 1), &
       rule_t('&material volumetric = ''standard''', warned_with, '&material law = ''j2_plastic'' and a solid', mechanics, &
          'yielding cells lock: they are too stiff, and loads rise beyond the limit load', '&material volumetric = ''b_bar''', &
-         233, 1, 2, 1), &
+         230, 1, 2, 1), &
       rule_t('&material law = {laws with a history}', not_with, '&growth law = {growth laws at rest}', mechanics, &
-         'J is not the energy release rate where material around a growing tip dissipates energy', '', 237, 1, 1, 0), &
+         'J is not the energy release rate where material around a growing tip dissipates energy', '', 234, 1, 1, 0), &
       rule_t('&material law = {laws with a history}', not_with, &
          '&growth law = {growth laws in motion by toughness} and &method time = ''implicit''', mechanics, &
-         'J is not the energy release rate where material around a growing tip dissipates energy', '', 239, 1, 2, 0), &
+         'J is not the energy release rate where material around a growing tip dissipates energy', '', 236, 1, 2, 0), &
       rule_t('&material law = {laws with a history}', not_with, &
          '&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy''', mechanics, &
-         'the direction needs stress intensity factors, which the law does not have', '&growth direction = ''straight''', 242, &
+         'the direction needs stress intensity factors, which the law does not have', '&growth direction = ''straight''', 239, &
          1, 1, 1), &
       rule_t('&material law = {laws with a history}', not_with, &
          '&growth mixed_mode = ''hutchinson_suo'' | ''benzeggagh_kenane''', mechanics, 'the law has no shares of modes', &
-         '&growth mixed_mode = ''none''', 245, 1, 1, 1), &
+         '&growth mixed_mode = ''none''', 242, 1, 1, 1), &
       rule_t('&material law = ''orthotropic''', not_with, '&growth law = {growth laws in motion}', not_built, &
-         'K and the limiting speed of a moving tip are known for isotropic material only', '', 248, 1, 1, 0), &
+         'K and the limiting speed of a moving tip are known for isotropic material only', '', 245, 1, 1, 0), &
       rule_t('&material law = ''orthotropic''', not_with, &
          '&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy''', not_built, &
          'the stress intensity factors of short kinks are known for isotropic material only', &
-         '&growth direction = ''straight''', 250, 1, 1, 1), &
-      rule_t('&material', no_effect_without, 'a body of it', by_meaning, '', '', 253, 1, 1, 0), &
-      rule_t('&body', requires, '&body material or &body hole = .true.', by_meaning, '', '', 255, 1, 2, 0), &
-      rule_t('&body material', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 258, 1, 1, 0), &
-      rule_t('&body velocity', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 260, 1, 1, 0), &
-      rule_t('&body spin', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 262, 1, 1, 0), &
-      rule_t('&body eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 264, 1, 1, 0), &
-      rule_t('&body contact_group', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 266, 1, 1, 0), &
-      rule_t('&body toughness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 268, 1, 1, 0), &
-      rule_t('&body profile_at', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 270, 1, 1, 0), &
-      rule_t('&body profile_direction', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 272, 1, 1, 0), &
-      rule_t('&body profile_stiffness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 274, 1, 1, 0), &
-      rule_t('&body profile_density', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 276, 1, 1, 0), &
-      rule_t('&body profile_eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 278, 1, 1, 0), &
-      rule_t('&body points_per_cell', no_effect_with, '&body hole = .true.', by_meaning, '', '', 280, 1, 1, 0), &
-      rule_t('&body shape = ''rectangle''', requires, '&body lower and &body upper', by_meaning, '', '', 282, 1, 2, 0), &
-      rule_t('&body shape = ''polygon''', requires, '&body points', by_meaning, '', '', 285, 1, 1, 0), &
-      rule_t('&body shape = ''circle''', requires, '&body center and &body radius > 0', by_meaning, '', '', 287, 1, 2, 0), &
+         '&growth direction = ''straight''', 247, 1, 1, 1), &
+      rule_t('&material', no_effect_without, 'a body of it', by_meaning, '', '', 250, 1, 1, 0), &
+      rule_t('&body', requires, '&body material or &body hole = .true.', by_meaning, '', '', 252, 1, 2, 0), &
+      rule_t('&body material', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 255, 1, 1, 0), &
+      rule_t('&body velocity', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 257, 1, 1, 0), &
+      rule_t('&body spin', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 259, 1, 1, 0), &
+      rule_t('&body eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 261, 1, 1, 0), &
+      rule_t('&body contact_group', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 263, 1, 1, 0), &
+      rule_t('&body toughness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 265, 1, 1, 0), &
+      rule_t('&body profile_at', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 267, 1, 1, 0), &
+      rule_t('&body profile_direction', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 269, 1, 1, 0), &
+      rule_t('&body profile_stiffness', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 271, 1, 1, 0), &
+      rule_t('&body profile_density', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 273, 1, 1, 0), &
+      rule_t('&body profile_eigenstrain', not_with, '&body hole = .true.', by_meaning, 'a hole has none', '', 275, 1, 1, 0), &
+      rule_t('&body points_per_cell', no_effect_with, '&body hole = .true.', by_meaning, '', '', 277, 1, 1, 0), &
+      rule_t('&body shape = ''rectangle''', requires, '&body lower and &body upper', by_meaning, '', '', 279, 1, 2, 0), &
+      rule_t('&body shape = ''polygon''', requires, '&body points', by_meaning, '', '', 282, 1, 1, 0), &
+      rule_t('&body shape = ''circle''', requires, '&body center and &body radius > 0', by_meaning, '', '', 284, 1, 2, 0), &
       rule_t('&body shape = ''cylinder'' | ''sphere''', requires, 'a solid', mechanics, 'they are no shapes of a plane', &
-         '&body shape = ''circle''', 290, 1, 1, 1), &
+         '&body shape = ''circle''', 287, 1, 1, 1), &
       rule_t('&body shape = ''cylinder''', requires, '&body lower and &body upper and &body radius > 0', by_meaning, '', '', &
-         293, 1, 3, 0), &
-      rule_t('&body shape = ''sphere''', requires, '&body center and &body radius > 0', by_meaning, '', '', 297, 1, 2, 0), &
-      rule_t('&body lower', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 300, 1, &
+         290, 1, 3, 0), &
+      rule_t('&body shape = ''sphere''', requires, '&body center and &body radius > 0', by_meaning, '', '', 294, 1, 2, 0), &
+      rule_t('&body lower', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 297, 1, &
          2, 0), &
-      rule_t('&body upper', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 303, 1, &
+      rule_t('&body upper', requires, '&body shape = ''rectangle'' or &body shape = ''cylinder''', by_meaning, '', '', 300, 1, &
          2, 0), &
-      rule_t('&body points', requires, '&body shape = ''polygon''', by_meaning, '', '', 306, 1, 1, 0), &
-      rule_t('&body center', requires, '&body shape = ''circle'' or &body shape = ''sphere''', by_meaning, '', '', 308, 1, 2, &
+      rule_t('&body points', requires, '&body shape = ''polygon''', by_meaning, '', '', 303, 1, 1, 0), &
+      rule_t('&body center', requires, '&body shape = ''circle'' or &body shape = ''sphere''', by_meaning, '', '', 305, 1, 2, &
          0), &
       rule_t('&body radius', requires, '&body shape = ''circle'' or &body shape = ''cylinder'' or &body shape = ''sphere''', &
-         by_meaning, '', '', 311, 1, 3, 0), &
+         by_meaning, '', '', 308, 1, 3, 0), &
       rule_t('&body contact_group', requires, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', by_meaning, &
-         'contact groups have an effect in contact only', '', 315, 1, 1, 0)]
+         'contact groups have an effect in contact only', '', 312, 1, 1, 0), &
+      rule_t('&body contact_group', no_effect_without, 'another body of that group', mechanics, &
+         'a body without this key is a contact group by itself', '', 314, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_4(*) = [ &
-      rule_t('&body contact_group', no_effect_without, 'another body of that group', mechanics, &
-         'a body without this key is a contact group by itself', '', 317, 1, 1, 0), &
       rule_t('&body points_per_cell < 3', not_with, '&grid order = 2', mechanics, &
-         'fewer than 3 leave hourglass motions of the nodes without strain of a particle', '&body points_per_cell = 3', 319, 1, &
+         'fewer than 3 leave hourglass motions of the nodes without strain of a particle', '&body points_per_cell = 3', 316, 1, &
          1, 1), &
-      rule_t('&body velocity', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 322, 1, &
+      rule_t('&body velocity', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 319, 1, &
          1, 0), &
-      rule_t('&body spin', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 324, 1, 1, &
+      rule_t('&body spin', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', '', 321, 1, 1, &
          0), &
       rule_t('&body spin', not_with, '&method start = ''static''', mechanics, &
-         'a body that rotates is not in static equilibrium', '', 326, 1, 1, 0), &
+         'a body that rotates is not in static equilibrium', '', 323, 1, 1, 0), &
       rule_t('&body eigenstrain and a shear of the eigenstrain', not_with, '&crack kind = ''symmetry''', mechanics, &
-         'the other half would have the opposite shear, the third value', '', 328, 2, 1, 0), &
+         'the other half would have the opposite shear, the third value', '', 325, 2, 1, 0), &
       rule_t('&body eigenstrain', not_with, '&energy_release reference = ''dcb''', mechanics, 'the closed form is for forces', &
-         '', 331, 1, 1, 0), &
-      rule_t('&body held = .false.', requires, '&body eigenstrain', by_meaning, 'growth scales the eigenstrain', '', 333, 1, 1, &
+         '', 328, 1, 1, 0), &
+      rule_t('&body held = .false.', requires, '&body eigenstrain', by_meaning, 'growth scales the eigenstrain', '', 330, 1, 1, &
          0), &
       rule_t('&body held = .false.', no_effect_without, '&growth law = {growth laws that scale loads}', mechanics, &
-         'only growth at rest scales what acts', '', 335, 1, 1, 0), &
-      rule_t('&body held = .false.', not_with, '&control', not_built, 'a load frame has a force and a displacement', '', 337, 1, &
+         'only growth at rest scales what acts', '', 332, 1, 1, 0), &
+      rule_t('&body held = .false.', not_with, '&control', not_built, 'a load frame has a force and a displacement', '', 334, 1, &
          1, 0), &
-      rule_t('&body profile_stiffness', requires, '&body profile_at', by_meaning, '', '', 339, 1, 1, 0), &
-      rule_t('&body profile_density', requires, '&body profile_at', by_meaning, '', '', 341, 1, 1, 0), &
-      rule_t('&body profile_eigenstrain', requires, '&body profile_at', by_meaning, '', '', 343, 1, 1, 0), &
+      rule_t('&body profile_stiffness', requires, '&body profile_at', by_meaning, '', '', 336, 1, 1, 0), &
+      rule_t('&body profile_density', requires, '&body profile_at', by_meaning, '', '', 338, 1, 1, 0), &
+      rule_t('&body profile_eigenstrain', requires, '&body profile_at', by_meaning, '', '', 340, 1, 1, 0), &
       rule_t('&body profile_at', requires, '&body profile_stiffness or &body profile_density or &body profile_eigenstrain', &
-         by_meaning, '', '', 345, 1, 3, 0), &
-      rule_t('&body profile_direction', no_effect_without, '&body profile_at', by_meaning, '', '', 349, 1, 1, 0), &
-      rule_t('&body profile_eigenstrain', requires, '&body eigenstrain', by_meaning, '', '', 351, 1, 1, 0), &
+         by_meaning, '', '', 342, 1, 3, 0), &
+      rule_t('&body profile_direction', no_effect_without, '&body profile_at', by_meaning, '', '', 346, 1, 1, 0), &
+      rule_t('&body profile_eigenstrain', requires, '&body eigenstrain', by_meaning, '', '', 348, 1, 1, 0), &
       rule_t('&body profile_eigenstrain', not_with, '&material law = {laws of any strain}', not_built, &
-         'J does not know how such an eigenstrain changes', '', 353, 1, 1, 0), &
+         'J does not know how such an eigenstrain changes', '', 350, 1, 1, 0), &
       rule_t('&body profile_eigenstrain', not_with, '&run plane = ''axisymmetric''', not_built, &
-         'J does not know how an eigenstrain around the axis changes', '', 355, 1, 1, 0), &
+         'J does not know how an eigenstrain around the axis changes', '', 352, 1, 1, 0), &
       rule_t('&body profile_at', not_with, '&energy_release phase_length', not_built, &
-         'the fields that the integral is with are those of uniform materials', '', 357, 1, 1, 0), &
+         'the fields that the integral is with are those of uniform materials', '', 354, 1, 1, 0), &
       rule_t('&body profile_at', not_with, '&energy_release reference = ''dcb''', mechanics, &
-         'the closed form is of uniform material', '', 359, 1, 1, 0), &
+         'the closed form is of uniform material', '', 356, 1, 1, 0), &
       rule_t('&body profile_eigenstrain', not_with, '&body held = .false.', not_built, &
-         'a load factor does not reach how an eigenstrain changes', '&body held = .true.', 361, 1, 1, 1), &
+         'a load factor does not reach how an eigenstrain changes', '&body held = .true.', 358, 1, 1, 1), &
       rule_t('&body eigenstrain and a fourth value of the eigenstrain', warned_with, '&run plane = ''stress'' and a plane', &
-         mechanics, 'the fourth value has no effect, as the thickness is free', '', 364, 2, 2, 0), &
-      rule_t('&constraint rise_time', requires, '&constraint history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 368, 1, &
+         mechanics, 'the fourth value has no effect, as the thickness is free', '', 361, 2, 2, 0), &
+      rule_t('&constraint rise_time', requires, '&constraint history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 365, 1, &
          1, 0), &
-      rule_t('&constraint frequency', requires, '&constraint history = ''sine''', by_meaning, '', '', 370, 1, 1, 0), &
-      rule_t('&constraint times', requires, '&constraint history = ''table''', by_meaning, '', '', 372, 1, 1, 0), &
-      rule_t('&constraint factors', requires, '&constraint history = ''table''', by_meaning, '', '', 374, 1, 1, 0), &
-      rule_t('&constraint history = ''ramp'' | ''smooth_ramp''', requires, '&constraint rise_time > 0', by_meaning, '', '', 376, &
+      rule_t('&constraint frequency', requires, '&constraint history = ''sine''', by_meaning, '', '', 367, 1, 1, 0), &
+      rule_t('&constraint times', requires, '&constraint history = ''table''', by_meaning, '', '', 369, 1, 1, 0), &
+      rule_t('&constraint factors', requires, '&constraint history = ''table''', by_meaning, '', '', 371, 1, 1, 0), &
+      rule_t('&constraint history = ''ramp'' | ''smooth_ramp''', requires, '&constraint rise_time > 0', by_meaning, '', '', 373, &
          1, 1, 0), &
-      rule_t('&constraint history = ''sine''', requires, '&constraint frequency > 0', by_meaning, '', '', 378, 1, 1, 0), &
-      rule_t('&constraint history = ''table''', requires, '&constraint times and &constraint factors', by_meaning, '', '', 380, &
+      rule_t('&constraint history = ''sine''', requires, '&constraint frequency > 0', by_meaning, '', '', 375, 1, 1, 0), &
+      rule_t('&constraint history = ''table''', requires, '&constraint times and &constraint factors', by_meaning, '', '', 377, &
          1, 2, 0), &
-      rule_t('&load rise_time', requires, '&load history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 383, 1, 1, 0), &
-      rule_t('&load frequency', requires, '&load history = ''sine''', by_meaning, '', '', 385, 1, 1, 0), &
-      rule_t('&load times', requires, '&load history = ''table''', by_meaning, '', '', 387, 1, 1, 0), &
-      rule_t('&load factors', requires, '&load history = ''table''', by_meaning, '', '', 389, 1, 1, 0), &
-      rule_t('&load history = ''ramp'' | ''smooth_ramp''', requires, '&load rise_time > 0', by_meaning, '', '', 391, 1, 1, 0), &
-      rule_t('&load history = ''sine''', requires, '&load frequency > 0', by_meaning, '', '', 393, 1, 1, 0), &
-      rule_t('&load history = ''table''', requires, '&load times and &load factors', by_meaning, '', '', 395, 1, 2, 0), &
-      rule_t('&control rise_time', requires, '&control history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 398, 1, 1, 0), &
-      rule_t('&control frequency', requires, '&control history = ''sine''', by_meaning, '', '', 400, 1, 1, 0), &
-      rule_t('&control times', requires, '&control history = ''table''', by_meaning, '', '', 402, 1, 1, 0), &
-      rule_t('&control factors', requires, '&control history = ''table''', by_meaning, '', '', 404, 1, 1, 0)]
+      rule_t('&load rise_time', requires, '&load history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 380, 1, 1, 0), &
+      rule_t('&load frequency', requires, '&load history = ''sine''', by_meaning, '', '', 382, 1, 1, 0), &
+      rule_t('&load times', requires, '&load history = ''table''', by_meaning, '', '', 384, 1, 1, 0), &
+      rule_t('&load factors', requires, '&load history = ''table''', by_meaning, '', '', 386, 1, 1, 0), &
+      rule_t('&load history = ''ramp'' | ''smooth_ramp''', requires, '&load rise_time > 0', by_meaning, '', '', 388, 1, 1, 0), &
+      rule_t('&load history = ''sine''', requires, '&load frequency > 0', by_meaning, '', '', 390, 1, 1, 0), &
+      rule_t('&load history = ''table''', requires, '&load times and &load factors', by_meaning, '', '', 392, 1, 2, 0), &
+      rule_t('&control rise_time', requires, '&control history = ''ramp'' | ''smooth_ramp''', by_meaning, '', '', 395, 1, 1, 0), &
+      rule_t('&control frequency', requires, '&control history = ''sine''', by_meaning, '', '', 397, 1, 1, 0), &
+      rule_t('&control times', requires, '&control history = ''table''', by_meaning, '', '', 399, 1, 1, 0), &
+      rule_t('&control factors', requires, '&control history = ''table''', by_meaning, '', '', 401, 1, 1, 0), &
+      rule_t('&control history = ''ramp'' | ''smooth_ramp''', requires, '&control rise_time > 0', by_meaning, '', '', 403, 1, 1, &
+         0)]
 
    type(rule_t), parameter :: rules_5(*) = [ &
-      rule_t('&control history = ''ramp'' | ''smooth_ramp''', requires, '&control rise_time > 0', by_meaning, '', '', 406, 1, 1, &
-         0), &
-      rule_t('&control history = ''sine''', requires, '&control frequency > 0', by_meaning, '', '', 408, 1, 1, 0), &
-      rule_t('&control history = ''table''', requires, '&control times and &control factors', by_meaning, '', '', 410, 1, 2, 0), &
+      rule_t('&control history = ''sine''', requires, '&control frequency > 0', by_meaning, '', '', 405, 1, 1, 0), &
+      rule_t('&control history = ''table''', requires, '&control times and &control factors', by_meaning, '', '', 407, 1, 2, 0), &
       rule_t('&constraint history', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
-         'the factor applies to a prescribed motion, and none is given', '', 413, 1, 2, 0), &
+         'the factor applies to a prescribed motion, and none is given', '', 410, 1, 2, 0), &
       rule_t('&constraint start', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
-         'the factor applies to a prescribed motion, and none is given', '', 416, 1, 2, 0), &
+         'the factor applies to a prescribed motion, and none is given', '', 413, 1, 2, 0), &
       rule_t('&constraint held', no_effect_without, '&constraint displacement or &constraint velocity', by_meaning, &
-         'the factor applies to a prescribed motion, and none is given', '', 419, 1, 2, 0), &
+         'the factor applies to a prescribed motion, and none is given', '', 416, 1, 2, 0), &
       rule_t('&constraint displacement and &constraint history = ''step''', not_with, &
          '&method time = ''explicit'' | ''implicit'' | ''modal'' and &method start = ''undeformed''', mechanics, &
-         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 422, 2, 2, 0), &
+         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 419, 2, 2, 0), &
       rule_t('&constraint displacement and &constraint history = ''step'' and &constraint start > 0', not_with, &
          '&method time = ''explicit'' | ''implicit'' | ''modal'' and &method start = ''static''', mechanics, &
-         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 426, 3, 2, 0), &
+         'prescribed nodes would jump', 'history = ''smooth_ramp'', or a velocity', 423, 3, 2, 0), &
       rule_t('&constraint unilateral = .true.', not_with, '&method time = ''explicit''', not_built, &
-         'faces with contact separate and touch again in explicit steps', '&method time = ''implicit''', 431, 1, 1, 1), &
+         'faces with contact separate and touch again in explicit steps', '&method time = ''implicit''', 428, 1, 1, 1), &
       rule_t('&constraint turns = .true.', not_with, '&constraint unilateral = .true.', not_built, &
-         'nodes of a support part one by one, and no rigid body does', '&constraint unilateral = .false.', 434, 1, 1, 1), &
+         'nodes of a support part one by one, and no rigid body does', '&constraint unilateral = .false.', 431, 1, 1, 1), &
       rule_t('&constraint turns = .true.', not_with, '&run plane = ''axisymmetric''', mechanics, &
-         'a ring does not turn in the plane of its section without strain', '', 437, 1, 1, 0), &
+         'a ring does not turn in the plane of its section without strain', '', 434, 1, 1, 0), &
       rule_t('&constraint turns = .true.', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'an impulse between bodies at its nodes would not turn it', '', 439, 1, 1, 0), &
+         'an impulse between bodies at its nodes would not turn it', '', 436, 1, 1, 0), &
       rule_t('&constraint turns = .true.', not_with, '&load kind = ''absorbing''', not_built, &
-         'a dashpot at its nodes would not turn it', '', 441, 1, 1, 0), &
+         'a dashpot at its nodes would not turn it', '', 438, 1, 1, 0), &
       rule_t('&load kind = ''point'' | ''body''', requires, '&load lower and &load upper and &load force', by_meaning, '', '', &
-         443, 1, 3, 0), &
-      rule_t('&load kind = ''traction''', requires, '&load force', by_meaning, '', '', 447, 1, 1, 0), &
-      rule_t('&load kind = ''pressure''', requires, '&load pressure', by_meaning, '', '', 449, 1, 1, 0), &
+         440, 1, 3, 0), &
+      rule_t('&load kind = ''traction''', requires, '&load force', by_meaning, '', '', 444, 1, 1, 0), &
+      rule_t('&load kind = ''pressure''', requires, '&load pressure', by_meaning, '', '', 446, 1, 1, 0), &
       rule_t('&load kind = ''traction'' | ''absorbing''', requires, '&load lower and &load upper or &load side', by_meaning, '', &
-         '', 451, 1, 3, 0), &
+         '', 448, 1, 3, 0), &
       rule_t('&load kind = ''pressure'' and &load on = ''edge''', requires, '&load lower and &load upper or &load side', &
-         by_meaning, '', '', 455, 2, 3, 0), &
-      rule_t('&load side and &load lower', requires, '&load upper', by_meaning, '', '', 460, 2, 1, 0), &
-      rule_t('&load side and &load upper', requires, '&load lower', by_meaning, '', '', 463, 2, 1, 0), &
-      rule_t('&load side', requires, '&load kind = ''traction'' | ''pressure'' | ''absorbing''', by_meaning, '', '', 466, 1, 1, &
+         by_meaning, '', '', 452, 2, 3, 0), &
+      rule_t('&load side and &load lower', requires, '&load upper', by_meaning, '', '', 457, 2, 1, 0), &
+      rule_t('&load side and &load upper', requires, '&load lower', by_meaning, '', '', 460, 2, 1, 0), &
+      rule_t('&load side', requires, '&load kind = ''traction'' | ''pressure'' | ''absorbing''', by_meaning, '', '', 463, 1, 1, &
          0), &
-      rule_t('&load side', not_with, '&load on = ''crack''', by_meaning, '', '', 468, 1, 1, 0), &
+      rule_t('&load side', not_with, '&load on = ''crack''', by_meaning, '', '', 465, 1, 1, 0), &
       rule_t('&load side', not_with, '&load face = ''left'' | ''right''', by_meaning, &
-         'faces of cracks are no sides of polygons', '', 470, 1, 1, 0), &
+         'faces of cracks are no sides of polygons', '', 467, 1, 1, 0), &
       rule_t('&load side', not_with, 'a solid', by_meaning, &
-         'sides of solids are flat along the grid, or round: give the box of one', '', 472, 1, 1, 0), &
-      rule_t('&load kind = ''gravity''', requires, '&load acceleration', by_meaning, '', '', 474, 1, 1, 0), &
+         'sides of solids are flat along the grid, or round: give the box of one', '', 469, 1, 1, 0), &
+      rule_t('&load kind = ''gravity''', requires, '&load acceleration', by_meaning, '', '', 471, 1, 1, 0), &
       rule_t('&load lower', not_with, '&load kind = ''gravity''', by_meaning, 'gravity acts on all bodies', 'kind = ''body''', &
-         476, 1, 1, 0), &
+         473, 1, 1, 0), &
       rule_t('&load lower', not_with, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, &
-         'the pressure acts on both faces of the whole crack', '', 478, 1, 2, 0), &
+         'the pressure acts on both faces of the whole crack', '', 475, 1, 2, 0), &
       rule_t('&load upper', not_with, '&load kind = ''gravity''', by_meaning, 'gravity acts on all bodies', 'kind = ''body''', &
-         481, 1, 1, 0), &
+         478, 1, 1, 0), &
       rule_t('&load upper', not_with, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, &
-         'the pressure acts on both faces of the whole crack', '', 483, 1, 2, 0), &
-      rule_t('&load force', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', by_meaning, '', '', 486, 1, 1, &
+         'the pressure acts on both faces of the whole crack', '', 480, 1, 2, 0), &
+      rule_t('&load force', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', by_meaning, '', '', 483, 1, 1, &
          0), &
       rule_t('&load history', not_with, '&load kind = ''absorbing''', by_meaning, 'velocities of the edge give its force', '', &
-         488, 1, 1, 0), &
+         485, 1, 1, 0), &
       rule_t('&load start', not_with, '&load kind = ''absorbing''', by_meaning, 'velocities of the edge give its force', '', &
-         490, 1, 1, 0), &
+         487, 1, 1, 0), &
       rule_t('&load kind = ''absorbing''', not_with, '&method time = ''static''', mechanics, 'a static model has no velocity', &
-         '', 492, 1, 1, 0), &
+         '', 489, 1, 1, 0), &
       rule_t('&load kind = ''absorbing''', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no dashpots', '&method path = ''fastest''', 494, 1, 1, 1), &
+         'the reference step has no dashpots', '&method path = ''fastest''', 491, 1, 1, 1), &
       rule_t('&load kind = ''absorbing''', not_with, '&grid order = 2 and cells that are cut', not_built, &
-         'dashpots act on lumped masses', '&grid order = 1', 497, 1, 2, 1), &
-      rule_t('&load pressure', requires, '&load kind = ''pressure''', by_meaning, '', '', 501, 1, 1, 0), &
-      rule_t('&load acceleration', requires, '&load kind = ''gravity''', by_meaning, '', '', 503, 1, 1, 0), &
-      rule_t('&load on = ''crack''', requires, '&load kind = ''pressure''', by_meaning, '', '', 505, 1, 1, 0), &
-      rule_t('&load crack', requires, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, '', '', 507, 1, 2, 0), &
+         'dashpots act on lumped masses', '&grid order = 1', 494, 1, 2, 1), &
+      rule_t('&load pressure', requires, '&load kind = ''pressure''', by_meaning, '', '', 498, 1, 1, 0), &
+      rule_t('&load acceleration', requires, '&load kind = ''gravity''', by_meaning, '', '', 500, 1, 1, 0), &
+      rule_t('&load on = ''crack''', requires, '&load kind = ''pressure''', by_meaning, '', '', 502, 1, 1, 0), &
+      rule_t('&load crack', requires, '&load kind = ''pressure'' and &load on = ''crack''', by_meaning, '', '', 504, 1, 2, 0), &
       rule_t('&load face = ''left'' | ''right''', not_with, '&load kind = ''pressure'' | ''gravity'' | ''absorbing''', &
-         by_meaning, '', '', 510, 1, 1, 0)]
+         by_meaning, '', '', 507, 1, 1, 0), &
+      rule_t('&load on = ''crack''', requires, '&crack', by_meaning, '', '', 509, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_6(*) = [ &
-      rule_t('&load on = ''crack''', requires, '&crack', by_meaning, '', '', 512, 1, 1, 0), &
       rule_t('&load crack', requires, '&crack kind = ''line'' | ''path'' | ''plane''', by_meaning, &
-         'other cracks are the only one', '', 514, 1, 1, 0), &
+         'other cracks are the only one', '', 511, 1, 1, 0), &
       rule_t('&load on = ''crack'' and several cracks', requires, '&load crack', by_meaning, 'the name selects the crack', '', &
-         516, 2, 1, 0), &
+         513, 2, 1, 0), &
       rule_t('&load on = ''crack''', not_with, 'a pressed path that grows in motion', not_built, &
-         'bonded points join cells that are cut ahead of the tip; pressure must not act there', 'law = ''quasi_static''', 519, &
+         'bonded points join cells that are cut ahead of the tip; pressure must not act there', 'law = ''quasi_static''', 516, &
          1, 1, 0), &
       rule_t('&load start < 0', no_effect_with, '&load history = ''step''', by_meaning, &
-         'a step load that begins before the run acts from its beginning', '', 521, 1, 1, 0), &
+         'a step load that begins before the run acts from its beginning', '', 518, 1, 1, 0), &
       rule_t('&contact bodies = ''friction''', requires, '&contact friction > 0', by_meaning, '', &
-         '&contact bodies = ''frictionless''', 523, 1, 1, 1), &
-      rule_t('&contact friction', requires, '&contact bodies = ''friction''', by_meaning, '', '', 526, 1, 1, 0), &
+         '&contact bodies = ''frictionless''', 520, 1, 1, 1), &
+      rule_t('&contact friction', requires, '&contact bodies = ''friction''', by_meaning, '', '', 523, 1, 1, 0), &
       rule_t('&contact distance', requires, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', by_meaning, &
-         'bonded bodies interact as soon as both have cells at a node', '', 528, 1, 1, 0), &
+         'bonded bodies interact as soon as both have cells at a node', '', 525, 1, 1, 0), &
       rule_t('&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_with, '&grid order = 2', not_built, '', &
-         '&grid order = 1', 530, 1, 1, 1), &
+         '&grid order = 1', 527, 1, 1, 1), &
       rule_t('&method time = ''static'' | ''implicit'' | ''modal''', not_with, &
          '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
          'bodies that come near each other are found in explicit steps; those that touch from the '// &
-         'start may have a &crack with contact along their common face', '&method time = ''explicit''', 533, 1, 1, 1), &
+         'start may have a &crack with contact along their common face', '&method time = ''explicit''', 530, 1, 1, 1), &
       rule_t('&method frame = ''total''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', mechanics, &
-         'bodies never come into contact in the total Lagrangian frame', '&method frame = ''updated''', 536, 1, 1, 1), &
+         'bodies never come into contact in the total Lagrangian frame', '&method frame = ''updated''', 533, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&method time = ''static''', not_built, &
-         'static equilibrium is found in the reference configuration', '&method frame = ''total''', 539, 1, 1, 1), &
+         'static equilibrium is found in the reference configuration', '&method frame = ''total''', 536, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&method time = ''implicit'' | ''modal''', not_built, &
          'nodes keep velocity and acceleration from step to step, so they must keep their material', &
-         '&method frame = ''total''', 542, 1, 1, 1), &
+         '&method frame = ''total''', 539, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&grid order = 2', not_built, &
-         'quadrature weights of particles hold at their reference positions only', '&method frame = ''total''', 545, 1, 1, 1), &
+         'quadrature weights of particles hold at their reference positions only', '&method frame = ''total''', 542, 1, 1, 1), &
       rule_t('&method frame = ''updated''', not_with, '&crack kind = ''symmetry'' and &growth law = {growth laws in motion}', &
-         not_built, 'the crack stays in the grid, and the material ahead of its tip moves', '&method frame = ''total''', 548, 1, &
+         not_built, 'the crack stays in the grid, and the material ahead of its tip moves', '&method frame = ''total''', 545, 1, &
          2, 1), &
       rule_t('&method shape_functions = ''cpdi''', requires, '&method frame = ''updated''', mechanics, &
          'particles stay in their cells in the total Lagrangian frame, where shape functions of '//'cells are more accurate', &
-         '', 552, 1, 1, 0), &
+         '', 549, 1, 1, 0), &
       rule_t('&method path = ''reference''', not_with, '&method time = ''static'' | ''implicit'' | ''modal''', by_meaning, &
-         'the reference step is explicit', '&method time = ''explicit''', 554, 1, 1, 1), &
+         'the reference step is explicit', '&method time = ''explicit''', 551, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&method shape_functions = ''cpdi''', not_built, &
-         'particles of the reference step are points of cells', '&method shape_functions = ''linear''', 557, 1, 1, 1), &
+         'particles of the reference step are points of cells', '&method shape_functions = ''linear''', 554, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&method mass = ''consistent'' | ''partial'' | ''fmpm'' | ''weighted''', &
-         not_built, 'the reference step divides by lumped masses', '&method mass = ''lumped''', 560, 1, 1, 1), &
+         not_built, 'the reference step divides by lumped masses', '&method mass = ''lumped''', 557, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&material volumetric = ''b_bar''', not_built, &
-         'particles of the reference step have their own dilatation', '&material volumetric = ''standard''', 563, 1, 1, 1), &
+         'particles of the reference step have their own dilatation', '&material volumetric = ''standard''', 560, 1, 1, 1), &
       rule_t('&constraint displacement', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no prescribed motion', '&method path = ''fastest''', 566, 1, 1, 1), &
+         'the reference step has no prescribed motion', '&method path = ''fastest''', 563, 1, 1, 1), &
       rule_t('&constraint velocity', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no prescribed motion', '&method path = ''fastest''', 569, 1, 1, 1), &
+         'the reference step has no prescribed motion', '&method path = ''fastest''', 566, 1, 1, 1), &
       rule_t('&constraint turns', not_with, '&method path = ''reference''', not_built, &
-         'the reference step has no prescribed motion', '&method path = ''fastest''', 572, 1, 1, 1), &
+         'the reference step has no prescribed motion', '&method path = ''fastest''', 569, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', &
-         not_built, 'the reference step has one velocity field', '&contact bodies = ''bonded''', 575, 1, 1, 1), &
+         not_built, 'the reference step has one velocity field', '&contact bodies = ''bonded''', 572, 1, 1, 1), &
       rule_t('&method path = ''reference''', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'the reference step has no contact of faces', '&crack contact = ''none''', 578, 1, 1, 1), &
-      rule_t('&method path = ''reference''', not_with, '&growth', not_built, 'the reference step has no growth', '', 581, 1, 1, &
+         'the reference step has no contact of faces', '&crack contact = ''none''', 575, 1, 1, 1), &
+      rule_t('&method path = ''reference''', not_with, '&growth', not_built, 'the reference step has no growth', '', 578, 1, 1, &
          0), &
       rule_t('&method path = ''reference''', not_with, '&energy_release energy_balance = .true.', not_built, &
-         'the reference step does not record numerical losses', '', 583, 1, 1, 0), &
+         'the reference step does not record numerical losses', '', 580, 1, 1, 0), &
       rule_t('&method mass = ''fmpm''', not_with, '&method time = ''implicit'' | ''modal''', mechanics, &
-         'fmpm is a series for the inverse, and implicit steps and modes use the matrix', '&method mass = ''consistent''', 585, &
+         'fmpm is a series for the inverse, and implicit steps and modes use the matrix', '&method mass = ''consistent''', 582, &
          1, 1, 1), &
       rule_t('&method mass = ''lumped'' | ''partial'' | ''fmpm'' | ''weighted''', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' | ''modal'' and cells that are '//'cut', mechanics, &
-         'some nodes would have a lumped mass below 0', '&method mass = ''consistent''', 588, 1, 3, 1), &
+         'some nodes would have a lumped mass below 0', '&method mass = ''consistent''', 585, 1, 3, 1), &
       rule_t('&method mass = ''tip_weighted''', requires, '&growth law = {growth laws in motion}', by_meaning, &
-         'the matrix is another one around tips that grow in motion', '&method mass = ''weighted''', 593, 1, 1, 1), &
+         'the matrix is another one around tips that grow in motion', '&method mass = ''weighted''', 590, 1, 1, 1), &
       rule_t('&method solver = ''cg''', not_with, 'a mass matrix that acts and quadratic cells at an axis', mechanics, &
-         'cg is preconditioned by lumped masses, which are 0 on the axis', '&method solver = ''direct''', 596, 1, 2, 1), &
+         'cg is preconditioned by lumped masses, which are 0 on the axis', '&method solver = ''direct''', 593, 1, 2, 1), &
       rule_t('&method solver = ''cg''', not_with, '&method time = ''modal''', mechanics, &
-         'each mode needs many solutions, which a factor gives', '&method solver = ''direct''', 600, 1, 1, 1), &
+         'each mode needs many solutions, which a factor gives', '&method solver = ''direct''', 597, 1, 1, 1), &
       rule_t('&material law = {laws of any strain}', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 603, 1, &
+         'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 600, 1, &
          1, 1), &
       rule_t('&material law = {laws with a history}', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 606, 1, &
+         'modes belong to one stiffness, and strain changes that of the material', '&material law = ''linear_elastic''', 603, 1, &
          1, 1), &
       rule_t('&crack contact = ''frictionless'' | ''friction''', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 609, 1, 1, 1), &
+         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 606, 1, 1, 1), &
       rule_t('&cohesive', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 612, 1, 1, 1), &
+         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 609, 1, 1, 1), &
       rule_t('&constraint unilateral = .true.', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 615, 1, 1, 1), &
+         'modes belong to one stiffness, and faces that open or close change it', '&method time = ''implicit''', 612, 1, 1, 1), &
       rule_t('&load kind = ''absorbing''', not_with, '&method time = ''modal''', mechanics, &
-         'dashpots at edges couple the modes', '&method time = ''implicit''', 618, 1, 1, 1), &
+         'dashpots at edges couple the modes', '&method time = ''implicit''', 615, 1, 1, 1), &
       rule_t('&refine indicator = {indicators of the motion}', not_with, '&method time = ''modal''', mechanics, &
-         'modes belong to one mesh', '&refine indicator = ''tip''', 621, 1, 1, 1), &
-      rule_t('&method modes', requires, '&method time = ''modal''', by_meaning, '', '', 624, 1, 1, 0)]
-
-   type(rule_t), parameter :: rules_7(*) = [ &
+         'modes belong to one mesh', '&refine indicator = ''tip''', 618, 1, 1, 1), &
+      rule_t('&method modes', requires, '&method time = ''modal''', by_meaning, '', '', 621, 1, 1, 0), &
       rule_t('&method solver = ''cg''', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
          'cg is preconditioned by inverses of mass matrices of cells, and those of small cut cells '//'may be singular', &
-         '&method solver = ''direct''', 626, 1, 3, 1), &
+         '&method solver = ''direct''', 623, 1, 3, 1)]
+
+   type(rule_t), parameter :: rules_7(*) = [ &
       rule_t('&method time_step', requires, '&method time = ''implicit''', by_meaning, &
-         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 631, 1, 1, 0), &
-      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 633, 1, 1, 0), &
+         'courant gives the step of ''explicit'', load_steps those of ''static''', '', 628, 1, 1, 0), &
+      rule_t('&method hht_alpha', requires, '&method time = ''implicit''', by_meaning, '', '', 630, 1, 1, 0), &
       rule_t('&method time_step > 0', not_with, '&method time = ''implicit'' and &method courant > 0', by_meaning, &
-         'both give the time step', 'one of both', 635, 1, 2, 0), &
+         'both give the time step', 'one of both', 632, 1, 2, 0), &
       rule_t('&method consistent_region = ''refined'' and &method mass = ''partial''', requires, &
-         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 638, 2, 1, 0), &
+         '&refine indicator = {indicators}', by_meaning, 'the matrix is consistent in refined cells', '', 635, 2, 1, 0), &
       rule_t('&method courant > 0', no_effect_with, '&method time = ''static''', mechanics, &
-         'a load step has no length to limit', '', 641, 1, 1, 0), &
+         'a load step has no length to limit', '', 638, 1, 1, 0), &
       rule_t('&method courant > 0', no_effect_with, '&method time = ''modal''', mechanics, &
-         'modes have exact solutions, from row to row', '', 643, 1, 1, 0), &
+         'modes have exact solutions, from row to row', '', 640, 1, 1, 0), &
       rule_t('&method scheme', no_effect_with, '&method time = ''static'' | ''implicit'' | ''modal''', mechanics, &
-         'the scheme is the order of updates in an explicit step', '', 645, 1, 1, 0), &
+         'the scheme is the order of updates in an explicit step', '', 642, 1, 1, 0), &
       rule_t('&method mass', no_effect_without, 'a mass matrix that acts', mechanics, &
-         'a static model needs mass to extrapolate stress only', '', 647, 1, 1, 0), &
+         'a static model needs mass to extrapolate stress only', '', 644, 1, 1, 0), &
       rule_t('&method wave_speed', no_effect_with, '&method time = ''static''', mechanics, 'a load step has no length to limit', &
-         '', 649, 1, 1, 0), &
+         '', 646, 1, 1, 0), &
       rule_t('&method wave_speed', no_effect_with, '&method time = ''modal''', mechanics, &
-         'modes have exact solutions, from row to row', '', 651, 1, 1, 0), &
+         'modes have exact solutions, from row to row', '', 648, 1, 1, 0), &
       rule_t('&method wave_speed and &method time = ''explicit'' | ''implicit''', no_effect_without, &
          '&method courant or &method frame = ''updated''', by_meaning, 'the step is a fraction of the largest stable one', '', &
-         653, 2, 2, 0), &
-      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 657, 1, 1, 0), &
+         650, 2, 2, 0), &
+      rule_t('&method load_steps', no_effect_without, '&method time = ''static''', by_meaning, '', '', 654, 1, 1, 0), &
       rule_t('&method start = ''static''', not_with, '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 659, 1, 1, 1), &
+         'bodies that come near each other are found in explicit steps', '&method start = ''undeformed''', 656, 1, 1, 1), &
       rule_t('&method start = ''static''', not_with, &
          '&material volumetric = ''b_bar'' and &material law = {laws of any strain}', not_built, &
-         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 662, 1, 2, 1), &
+         'the mean of large strains has no tangent yet', '&material volumetric = ''standard''', 659, 1, 2, 1), &
       rule_t('&method start', no_effect_with, '&method time = ''static''', mechanics, 'all states are in static equilibrium', &
-         '', 666, 1, 1, 0), &
+         '', 663, 1, 1, 0), &
       rule_t('&method start', no_effect_without, '&load or &constraint displacement or &body eigenstrain', by_meaning, &
-         'nothing acts at time 0', '', 668, 1, 3, 0), &
+         'nothing acts at time 0', '', 665, 1, 3, 0), &
       rule_t('&method time = ''static''', no_effect_without, &
          '&load or &constraint displacement or &constraint velocity or &body eigenstrain', by_meaning, &
-         'nothing loads the model, and all displacements stay 0', '', 672, 1, 4, 0), &
-      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 677, &
+         'nothing loads the model, and all displacements stay 0', '', 669, 1, 4, 0), &
+      rule_t('&method order', no_effect_without, '&method mass = ''fmpm'' and a mass matrix that acts', by_meaning, '', '', 674, &
          1, 2, 0), &
       rule_t('&method lumped_fraction', no_effect_without, &
-         '&method mass = ''weighted'' | ''tip_weighted'' and a mass matrix that acts', by_meaning, '', '', 680, 1, 2, 0), &
+         '&method mass = ''weighted'' | ''tip_weighted'' and a mass matrix that acts', by_meaning, '', '', 677, 1, 2, 0), &
       rule_t('&method consistent_region', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 683, 1, 2, 0), &
+         by_meaning, '', '', 680, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 686, 1, 2, 0), &
+         by_meaning, '', '', 683, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_without, '&method mass = ''partial'' and a mass matrix that acts', &
-         by_meaning, '', '', 689, 1, 2, 0), &
+         by_meaning, '', '', 686, 1, 2, 0), &
       rule_t('&method consistent_lower', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 692, 1, 2, 0), &
+         'the region consists of the refined cells', '', 689, 1, 2, 0), &
       rule_t('&method consistent_upper', no_effect_with, &
          '&method mass = ''partial'' and &method consistent_region = ''refined''', by_meaning, &
-         'the region consists of the refined cells', '', 695, 1, 2, 0), &
+         'the region consists of the refined cells', '', 692, 1, 2, 0), &
       rule_t('&method solver = ''direct''', no_effect_with, &
          '&method time = ''explicit'' and &method mass = ''lumped'' | ''fmpm''', mechanics, 'lumped masses need no solution', &
-         '', 698, 1, 2, 0), &
-      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 701, &
+         '', 695, 1, 2, 0), &
+      rule_t('&damping rate', no_effect_with, '&method time = ''static''', mechanics, 'a static model has no damping', '', 698, &
          1, 1, 0), &
       rule_t('&output history_interval', no_effect_with, 'samples apart from load steps', by_meaning, &
-         'a row of a static history is a load step', '', 703, 1, 1, 0), &
+         'a row of a static history is a load step', '', 700, 1, 1, 0), &
       rule_t('&method scheme = ''usf''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 6 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 705, 1, 1, 1), &
+         '&method scheme = ''musl''', 702, 1, 1, 1), &
       rule_t('&method scheme = ''usavg''', warned_with, '&growth law = {growth laws in motion}', mechanics, &
          'stresses lag behind a growing tip: J is 3 % low at a third of the speed of Rayleigh waves', &
-         '&method scheme = ''musl''', 708, 1, 1, 1), &
+         '&method scheme = ''musl''', 705, 1, 1, 1), &
       rule_t('&method mass = ''lumped''', noted_with, '&growth law = {growth laws in motion}', mechanics, &
          'in explicit steps K of a tip at 0.6 and 0.74 of the speed of Rayleigh waves is 2 and 7 % '// &
-         'low, and a crack that grows by its toughness comes 5 % less far', '&method mass = ''weighted''', 711, 1, 1, 1), &
-      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 714, 1, 1, 0), &
+         'low, and a crack that grows by its toughness comes 5 % less far', '&method mass = ''weighted''', 708, 1, 1, 1), &
+      rule_t('&refine indicator = ''tip''', requires, '&crack', by_meaning, '', '', 711, 1, 1, 0), &
       rule_t('&refine indicator = {indicators of one body}', not_with, &
          '&contact bodies = ''stick'' | ''frictionless'' | ''friction''', not_built, &
-         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 716, 1, 1, 1), &
+         'the indicator takes all nodes of a cell for those of one body', '&refine indicator = ''zz''', 713, 1, 1, 1), &
       rule_t('&refine indicator = {indicators of the motion}', not_with, &
          '&grid order = 2 and &method time = ''explicit'' | ''implicit'' and cells that are cut', not_built, &
-         'particles would have to move to finer cells', '&refine indicator = ''tip''', 719, 1, 3, 1), &
+         'particles would have to move to finer cells', '&refine indicator = ''tip''', 716, 1, 3, 1), &
       rule_t('&refine max_level', no_effect_without, '&refine indicator = {indicators}', by_meaning, &
-         'an indicator selects the cells to refine', '', 724, 1, 1, 0), &
-      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 726, 1, 1, 0), &
-      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 728, 1, 1, 0), &
-      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 730, 1, 1, 0), &
-      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 732, 1, 1, 0), &
-      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 734, 1, 1, 0)]
+         'an indicator selects the cells to refine', '', 721, 1, 1, 0), &
+      rule_t('&refine region_lower', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 723, 1, 1, 0), &
+      rule_t('&refine region_upper', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 725, 1, 1, 0), &
+      rule_t('&refine max_particles', no_effect_without, '&refine indicator = {indicators}', by_meaning, '', '', 727, 1, 1, 0), &
+      rule_t('&refine field', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 729, 1, 1, 0), &
+      rule_t('&refine r_crit', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 731, 1, 1, 0), &
+      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 733, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_8(*) = [ &
-      rule_t('&refine r_coarsen', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 736, 1, 1, 0), &
-      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 738, 1, 1, 0), &
-      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 740, 1, 1, 0), &
-      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 742, 1, 1, 0), &
+      rule_t('&refine energy_floor', no_effect_without, '&refine indicator = ''gradient''', by_meaning, '', '', 735, 1, 1, 0), &
+      rule_t('&refine tolerance', no_effect_without, '&refine indicator = ''zz''', by_meaning, '', '', 737, 1, 1, 0), &
+      rule_t('&refine rings', no_effect_without, '&refine indicator = ''tip''', by_meaning, '', '', 739, 1, 1, 0), &
       rule_t('&refine start', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 744, 1, 1, 0), &
+         'the indicator tip refines before the first step', '', 741, 1, 1, 0), &
       rule_t('&refine start', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 746, 1, 2, 0), &
+         mechanics, 'static refinement is between load steps', '', 743, 1, 2, 0), &
       rule_t('&refine interval', no_effect_without, '&refine indicator = {indicators of the motion}', by_meaning, &
-         'the indicator tip refines before the first step', '', 749, 1, 1, 0), &
+         'the indicator tip refines before the first step', '', 746, 1, 1, 0), &
       rule_t('&refine interval', no_effect_with, '&method time = ''static'' and &refine indicator = {indicators of the motion}', &
-         mechanics, 'static refinement is between load steps', '', 751, 1, 2, 0), &
+         mechanics, 'static refinement is between load steps', '', 748, 1, 2, 0), &
       rule_t('&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', requires, '&crack tip', &
-         by_meaning, '', '', 754, 2, 1, 0), &
-      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 757, 1, 2, &
+         by_meaning, '', '', 751, 2, 1, 0), &
+      rule_t('&crack front = ''disc'' | ''ellipse''', requires, '&crack center and &crack radii', by_meaning, '', '', 754, 1, 2, &
          0), &
-      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 760, 1, 1, 0), &
+      rule_t('&crack front = ''polygon''', requires, '&crack points', by_meaning, '', '', 757, 1, 1, 0), &
       rule_t('&crack tip', requires, '&crack front = ''straight''', by_meaning, 'others have a place by center or points', '', &
-         762, 1, 1, 0), &
-      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 764, 1, 1, 0), &
-      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 766, 1, 1, 0), &
+         759, 1, 1, 0), &
+      rule_t('&crack center', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 761, 1, 1, 0), &
+      rule_t('&crack radii', requires, '&crack front = ''disc'' | ''ellipse''', by_meaning, '', '', 763, 1, 1, 0), &
       rule_t('&crack direction', no_effect_with, '&crack front = ''disc'' | ''ellipse'' | ''polygon''', by_meaning, &
-         'they are closed', '', 768, 1, 1, 0), &
-      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 770, 1, 1, 0), &
-      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 772, 1, 2, &
+         'they are closed', '', 765, 1, 1, 0), &
+      rule_t('&crack kind = ''path''', requires, '&crack points', by_meaning, '', '', 767, 1, 1, 0), &
+      rule_t('&crack points', requires, '&crack kind = ''path'' or &crack front = ''polygon''', by_meaning, '', '', 769, 1, 2, &
          0), &
       rule_t('&crack tip', not_with, '&crack kind = ''path''', by_meaning, &
-         'the ends of a path inside the material are its tips', '', 775, 1, 1, 0), &
+         'the ends of a path inside the material are its tips', '', 772, 1, 1, 0), &
       rule_t('&crack name', no_effect_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack is the only one and needs no name', '', 777, 1, 1, 0), &
-      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 779, &
+         'the crack is the only one and needs no name', '', 774, 1, 1, 0), &
+      rule_t('&crack direction', no_effect_with, '&crack kind = ''path''', by_meaning, 'its points give its direction', '', 776, &
          1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'several cracks', not_built, &
-         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 781, 1, 1, 0), &
+         'only cracks of the kinds plane, line and path may be several', 'a whole body and kind = ''plane''', 778, 1, 1, 0), &
       rule_t('&crack kind = ''symmetry''', not_with, 'edges that are no grid lines', not_built, &
-         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 783, 1, 1, 0), &
+         'cells that edges cut are those of whole bodies', 'a whole body and kind = ''plane''', 780, 1, 1, 0), &
       rule_t('&crack length', requires, '&crack kind = ''line'' | ''plane'' and &crack front = ''straight''', by_meaning, &
-         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 785, 1, 2, 0), &
+         'constraints give the place of a crack on a symmetry plane, points that of a path', '', 782, 1, 2, 0), &
       rule_t('&crack contact = ''frictionless'' | ''friction''', requires, '&crack kind = ''line'' | ''path'' | ''plane''', &
-         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 788, 1, 1, 0), &
+         mechanics, 'a symmetry plane has one face, which cannot be in contact with another', '', 785, 1, 1, 0), &
       rule_t('&crack contact = ''frictionless''', no_effect_with, 'cohesion all along it', mechanics, &
-         'faces with a cohesive zone are in contact anyway', '', 790, 1, 1, 0), &
+         'faces with a cohesive zone are in contact anyway', '', 787, 1, 1, 0), &
       rule_t('&crack contact = ''friction''', requires, '&crack friction > 0', by_meaning, '', &
-         '&crack contact = ''frictionless''', 792, 1, 1, 1), &
-      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 795, 1, 1, 0), &
-      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 797, 1, 1, 0), &
-      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 799, 1, &
+         '&crack contact = ''frictionless''', 789, 1, 1, 1), &
+      rule_t('&crack friction', requires, '&crack contact = ''friction''', by_meaning, '', '', 792, 1, 1, 0), &
+      rule_t('&cohesive', requires, '&crack', by_meaning, 'the group is a law for the faces of a crack', '', 794, 1, 1, 0), &
+      rule_t('&cohesive crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 796, 1, &
          1, 0), &
-      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 801, 1, &
+      rule_t('&cohesive from', not_with, '&crack kind = ''symmetry''', by_meaning, 'the tip of the crack gives it', '', 798, 1, &
          1, 0), &
       rule_t('&cohesive strength_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         803, 1, 1, 0), &
+         800, 1, 1, 0), &
       rule_t('&cohesive toughness_shear', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'its faces do not slide', '', &
-         805, 1, 1, 0), &
-      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 807, 2, &
+         802, 1, 1, 0), &
+      rule_t('&cohesive and several cracks', requires, '&cohesive crack', by_meaning, 'the name selects the crack', '', 804, 2, &
          1, 0), &
       rule_t('&cohesive', requires, '&method frame = ''total''', not_built, &
-         'damage is lost where cells are cut again as faces move', '', 810, 1, 1, 0), &
+         'damage is lost where cells are cut again as faces move', '', 807, 1, 1, 0), &
       rule_t('&cohesive', not_with, '&growth law = {growth laws at rest}', mechanics, &
-         'growth scales loads as in a linear body, but cohesion depends on the history', '', 812, 1, 1, 0), &
+         'growth scales loads as in a linear body, but cohesion depends on the history', '', 809, 1, 1, 0), &
       rule_t('&cohesive law = ''linear'' | ''bilinear''', requires, '&cohesive strength > 0 and &cohesive toughness > 0', &
-         by_meaning, '', '', 814, 1, 2, 0), &
-      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 817, 1, 1, 0), &
-      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 819, 1, 2, &
+         by_meaning, '', '', 811, 1, 2, 0), &
+      rule_t('&cohesive law = ''bilinear''', requires, '&cohesive opening > 0', by_meaning, '', '', 814, 1, 1, 0), &
+      rule_t('&cohesive law = ''table''', requires, '&cohesive openings and &cohesive tractions', by_meaning, '', '', 816, 1, 2, &
          0), &
       rule_t('&cohesive strength', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 822, 1, 1, 0), &
+         'the points of the table give it', '', 819, 1, 1, 0), &
       rule_t('&cohesive toughness', requires, '&cohesive law = ''linear'' | ''bilinear''', by_meaning, &
-         'the points of the table give it', '', 824, 1, 1, 0)]
+         'the points of the table give it', '', 821, 1, 1, 0), &
+      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 823, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_9(*) = [ &
-      rule_t('&cohesive opening', requires, '&cohesive law = ''bilinear''', by_meaning, '', '', 826, 1, 1, 0), &
-      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 828, 1, 1, 0), &
-      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 830, 1, 1, 0), &
+      rule_t('&cohesive openings', requires, '&cohesive law = ''table''', by_meaning, '', '', 825, 1, 1, 0), &
+      rule_t('&cohesive tractions', requires, '&cohesive law = ''table''', by_meaning, '', '', 827, 1, 1, 0), &
       rule_t('&cohesive exponent', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 832, 1, 2, 0), &
+         'mode II has the values of mode I', '', 829, 1, 2, 0), &
       rule_t('&cohesive mixed_mode', no_effect_without, '&cohesive toughness_shear or &cohesive strength_shear', by_meaning, &
-         'mode II has the values of mode I', '', 835, 1, 2, 0), &
-      rule_t('&growth', requires, '&crack', by_meaning, '', '', 838, 1, 1, 0), &
+         'mode II has the values of mode I', '', 832, 1, 2, 0), &
+      rule_t('&growth', requires, '&crack', by_meaning, '', '', 835, 1, 1, 0), &
       rule_t('&growth', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'a crack grows by G, K_I and K_II', '', 840, 1, 1, 0), &
-      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 842, 1, 1, &
+         'a crack grows by G, K_I and K_II', '', 837, 1, 1, 0), &
+      rule_t('&growth crack', not_with, '&crack kind = ''symmetry''', by_meaning, 'such a crack is the only one', '', 839, 1, 1, &
          0), &
-      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 844, 2, 1, &
+      rule_t('&growth and several cracks', requires, '&growth crack', by_meaning, 'the name selects the crack', '', 841, 2, 1, &
          0), &
       rule_t('&growth law = {growth laws at rest}', not_with, 'growth by laws of both kinds', not_built, '', 'laws of one kind', &
-         847, 1, 1, 0), &
-      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 849, 1, 1, 0), &
+         844, 1, 1, 0), &
+      rule_t('&growth law = {growth laws at rest}', requires, '&method time = ''static''', by_meaning, '', '', 846, 1, 1, 0), &
       rule_t('&growth law = {growth laws in motion}', requires, '&method time = ''explicit'' | ''implicit''', by_meaning, &
-         'a static model has no time', '', 851, 1, 1, 0), &
+         'a static model has no time', '', 848, 1, 1, 0), &
       rule_t('&growth law = {growth laws at rest by toughness}', requires, '&growth increment > 0 and &growth toughness > 0', &
-         by_meaning, '', '', 853, 1, 2, 0), &
+         by_meaning, '', '', 850, 1, 2, 0), &
       rule_t('&growth law = {growth laws in cycles}', requires, &
-         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 856, 1, 3, 0), &
+         '&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0', by_meaning, '', '', 853, 1, 3, 0), &
       rule_t('&growth law = {growth laws in cycles}', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are held do not change in a cycle', '', 860, 1, 1, 0), &
+         'loads and motions that are held do not change in a cycle', '', 857, 1, 1, 0), &
       rule_t('&growth rate = ''walker'' | ''forman''', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', &
-         862, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in time}', requires, '&growth increment > 0', by_meaning, '', '', 864, 1, 1, 0), &
+         859, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in time}', requires, '&growth increment > 0', by_meaning, '', '', 861, 1, 1, 0), &
       rule_t('&growth law = {growth laws in time}', requires, '&growth rate = ''charles'' | ''toughness''', by_meaning, '', '', &
-         866, 1, 1, 0), &
+         863, 1, 1, 0), &
       rule_t('&growth rate = ''charles'' | ''toughness''', requires, '&growth law = {growth laws in time}', by_meaning, &
-         'they give a speed', '', 868, 1, 1, 0), &
+         'they give a speed', '', 865, 1, 1, 0), &
       rule_t('&growth rate = ''charles''', requires, &
-         '&growth speed > 0 and &growth rate_exponent > 0 and &growth toughness > 0', by_meaning, '', '', 870, 1, 3, 0), &
-      rule_t('&growth rate = ''toughness''', requires, '&growth toughness > 0', by_meaning, '', '', 874, 1, 1, 0), &
+         '&growth speed > 0 and &growth rate_exponent > 0 and &growth toughness > 0', by_meaning, '', '', 867, 1, 3, 0), &
+      rule_t('&growth rate = ''toughness''', requires, '&growth toughness > 0', by_meaning, '', '', 871, 1, 1, 0), &
       rule_t('&growth rate = ''toughness''', requires, '&growth limit_speed > 0 or &growth speeds', mechanics, &
-         'at a toughness that does not depend on the speed there is none at rest', '', 876, 1, 2, 0), &
+         'at a toughness that does not depend on the speed there is none at rest', '', 873, 1, 2, 0), &
       rule_t('&growth rate_exponent', not_with, '&growth rate = ''toughness''', mechanics, &
-         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 879, 1, 1, 0), &
+         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 876, 1, 1, 0), &
       rule_t('&growth threshold', not_with, '&growth rate = ''toughness''', mechanics, &
-         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 881, 1, 1, 0), &
+         'a tip grows from its toughness at rest on, at the speed at which the toughness is G', '', 878, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&growth law = {growth laws in time}', not_built, &
-         'cracks appear at loads that are scaled', '', 883, 1, 1, 0), &
-      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 885, 1, 1, 0), &
-      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 887, &
+         'cracks appear at loads that are scaled', '', 880, 1, 1, 0), &
+      rule_t('&growth rate = ''walker''', requires, '&growth walker_exponent', by_meaning, '', '', 882, 1, 1, 0), &
+      rule_t('&growth rate = ''forman''', requires, '&growth toughness > 0', mechanics, 'its rate is infinite there', '', 884, &
          1, 1, 0), &
       rule_t('&growth wheeler_exponent', requires, '&growth wheeler_stress > 0', mechanics, 'plastic zones depend on it', '', &
-         889, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 891, 1, 1, 0), &
+         886, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', no_effect_without, '&growth wheeler_exponent > 0', by_meaning, '', '', 888, 1, 1, 0), &
       rule_t('&growth tips = ''largest''', not_with, '&growth law = {growth laws by a rate}', mechanics, &
-         'each tip has a rate of its own', '&growth tips = ''all''', 893, 1, 1, 1), &
-      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 896, 1, 1, 0), &
-      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 898, 1, 1, 0), &
-      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 900, 1, 1, 0), &
-      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 902, 1, 1, 0), &
-      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 904, 1, 1, 0), &
+         'each tip has a rate of its own', '&growth tips = ''all''', 890, 1, 1, 1), &
+      rule_t('&cycles', requires, '&growth law = {growth laws in cycles}', by_meaning, '', '', 893, 1, 1, 0), &
+      rule_t('&cycles factors', requires, '&cycles blocks', by_meaning, '', '', 895, 1, 1, 0), &
+      rule_t('&cycles ratios', requires, '&cycles blocks', by_meaning, '', '', 897, 1, 1, 0), &
+      rule_t('&cycles repeat', requires, '&cycles blocks', by_meaning, '', '', 899, 1, 1, 0), &
+      rule_t('&cycles ratio', no_effect_with, '&cycles ratios', by_meaning, 'they tell it of each block', '', 901, 1, 1, 0), &
       rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 906, 2, 1, 0), &
+         not_with, '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 903, 2, 1, 0), &
       rule_t('&constraint start and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 909, 2, 1, 0), &
+         '&cycles tells how loads change', '', 906, 2, 1, 0), &
       rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, &
-         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 912, 2, 1, 0), &
+         '&growth law = {growth laws in cycles}', mechanics, '&cycles tells how loads change', '', 909, 2, 1, 0), &
       rule_t('&load start and &load held = .false.', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '', 915, 2, 1, 0), &
+         '&cycles tells how loads change', '', 912, 2, 1, 0), &
       rule_t('&constraint velocity and &constraint held = .false.', not_with, '&growth law = {growth laws in cycles}', &
-         mechanics, '&cycles tells how much is moved; give a displacement', '', 918, 2, 1, 0)]
+         mechanics, '&cycles tells how much is moved; give a displacement', '', 915, 2, 1, 0), &
+      rule_t('&control quantity = ''load'' | ''displacement''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
+         '&cycles tells how loads change', '&control quantity = ''growth''', 918, 1, 1, 1)]
 
    type(rule_t), parameter :: rules_10(*) = [ &
-      rule_t('&control quantity = ''load'' | ''displacement''', not_with, '&growth law = {growth laws in cycles}', mechanics, &
-         '&cycles tells how loads change', '&control quantity = ''growth''', 921, 1, 1, 1), &
       rule_t('&constraint held', no_effect_without, '&growth law = {growth laws that scale loads} or &nucleation', mechanics, &
-         'only growth at rest, by toughness or in cycles, scales loads and motions', '', 924, 1, 2, 0), &
+         'only growth at rest, by toughness or in cycles, scales loads and motions', '', 921, 1, 2, 0), &
       rule_t('&load held', no_effect_without, '&growth law = {growth laws that scale loads} or &nucleation', mechanics, &
-         'only growth at rest, by toughness or in cycles, scales loads and motions', '', 927, 1, 2, 0), &
+         'only growth at rest, by toughness or in cycles, scales loads and motions', '', 924, 1, 2, 0), &
       rule_t('&constraint held and &growth law = {growth laws that scale loads}', requires, 'something that growth scales', &
-         mechanics, 'growth scales loads and motions that are not held, so that G is the toughness', '', 930, 2, 1, 0), &
+         mechanics, 'growth scales loads and motions that are not held, so that G is the toughness', '', 927, 2, 1, 0), &
       rule_t('&load held and &growth law = {growth laws that scale loads}', requires, 'something that growth scales', mechanics, &
-         'growth scales loads and motions that are not held, so that G is the toughness', '', 933, 2, 1, 0), &
+         'growth scales loads and motions that are not held, so that G is the toughness', '', 930, 2, 1, 0), &
       rule_t('&control', requires, '&growth law = {growth laws that scale loads}', not_built, &
-         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 936, 1, 1, 0), &
-      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 938, 1, 1, 0), &
-      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 940, 1, 1, 0), &
+         'a load frame follows cracks that grow at rest; a &constraint with a displacement moves '//'others', '', 933, 1, 1, 0), &
+      rule_t('&control displacement', requires, '&control quantity = ''displacement''', by_meaning, '', '', 935, 1, 1, 0), &
+      rule_t('&control quantity = ''displacement''', requires, '&control displacement', by_meaning, '', '', 937, 1, 1, 0), &
       rule_t('&control history', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 942, 1, 1, 0), &
+         'load and displacement follow the crack', '', 939, 1, 1, 0), &
       rule_t('&control start', no_effect_with, '&control quantity = ''growth''', mechanics, &
-         'load and displacement follow the crack', '', 944, 1, 1, 0), &
+         'load and displacement follow the crack', '', 941, 1, 1, 0), &
       rule_t('&control', not_with, 'growth scales forces beside motions', mechanics, &
-         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 946, 1, 1, 0), &
+         'the load of a frame and its displacement are one pair; hold the others, with held = .true.', '', 943, 1, 1, 0), &
       rule_t('&constraint velocity and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how much is moved; give a displacement', '', 948, 2, 1, 0), &
+         'the frame tells how much is moved; give a displacement', '', 945, 2, 1, 0), &
       rule_t('&constraint history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &constraint held = '//'.false.', &
-         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 951, 2, 1, 0), &
+         not_with, '&control', mechanics, 'the frame tells how loads change, by its history', '', 948, 2, 1, 0), &
       rule_t('&constraint start and &constraint held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 954, 2, 1, 0), &
+         'the frame tells how loads change, by its start', '', 951, 2, 1, 0), &
       rule_t('&load history = ''ramp'' | ''smooth_ramp'' | ''sine'' | ''table'' and &load held = .false.', not_with, '&control', &
-         mechanics, 'the frame tells how loads change, by its history', '', 957, 2, 1, 0), &
+         mechanics, 'the frame tells how loads change, by its history', '', 954, 2, 1, 0), &
       rule_t('&load start and &load held = .false.', not_with, '&control', mechanics, &
-         'the frame tells how loads change, by its start', '', 960, 2, 1, 0), &
+         'the frame tells how loads change, by its start', '', 957, 2, 1, 0), &
       rule_t('&load on = ''crack'' and &load held = .false.', not_with, '&control', not_built, &
-         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 963, 2, 1, 0), &
-      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 966, 1, 1, 0), &
-      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 968, &
+         'the area that is pressed grows with the crack, so that there is no load of a frame', '', 960, 2, 1, 0), &
+      rule_t('&growth law = ''prescribed''', requires, '&growth speed > 0', by_meaning, '', '', 963, 1, 1, 0), &
+      rule_t('&growth law = {growth laws in motion by toughness}', requires, '&growth toughness > 0', by_meaning, '', '', 965, &
          1, 1, 0), &
-      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 970, &
+      rule_t('&growth toughness', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 967, &
          1, 1, 0), &
-      rule_t('&growth speed', requires, '&growth law = ''prescribed'' or &growth rate = ''charles''', by_meaning, '', '', 972, &
+      rule_t('&growth speed', requires, '&growth law = ''prescribed'' or &growth rate = ''charles''', by_meaning, '', '', 969, &
          1, 2, 0), &
-      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 975, 1, 1, 0), &
-      rule_t('&growth rate_exponent', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 977, 1, 1, 0), &
-      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 979, 1, 1, 0), &
-      rule_t('&growth threshold', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 981, 1, 1, 0), &
-      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 983, 1, 1, 0), &
-      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 985, 1, 1, 0), &
+      rule_t('&growth rate_constant', requires, '&growth law = ''fatigue''', by_meaning, '', '', 972, 1, 1, 0), &
+      rule_t('&growth rate_exponent', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 974, 1, 1, 0), &
+      rule_t('&growth walker_exponent', requires, '&growth rate = ''walker''', by_meaning, '', '', 976, 1, 1, 0), &
+      rule_t('&growth threshold', requires, '&growth law = {growth laws by a rate}', by_meaning, '', '', 978, 1, 1, 0), &
+      rule_t('&growth wheeler_exponent', requires, '&growth law = ''fatigue''', by_meaning, '', '', 980, 1, 1, 0), &
+      rule_t('&growth wheeler_stress', requires, '&growth law = ''fatigue''', by_meaning, '', '', 982, 1, 1, 0), &
       rule_t('&growth increment', requires, '&growth law = {growth laws at rest}', by_meaning, &
-         'dynamic growth advances in each time step', '', 987, 1, 1, 0), &
+         'dynamic growth advances in each time step', '', 984, 1, 1, 0), &
       rule_t('&growth limit_speed', requires, &
-         '&growth law = {growth laws in motion by toughness} or &growth rate = ''toughness''', by_meaning, '', '', 989, 1, 2, &
+         '&growth law = {growth laws in motion by toughness} or &growth rate = ''toughness''', by_meaning, '', '', 986, 1, 2, &
          0), &
-      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 992, 1, 1, 0), &
-      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 994, &
+      rule_t('&growth exponent', no_effect_without, '&growth limit_speed > 0', by_meaning, '', '', 989, 1, 1, 0), &
+      rule_t('&growth extensions', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 991, &
          1, 1, 0), &
-      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 996, 1, &
+      rule_t('&growth speeds', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 993, 1, &
          1, 0), &
-      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 998, 1, &
+      rule_t('&growth angles', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 995, 1, &
          1, 0), &
-      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 1000, &
+      rule_t('&growth mixed_mode', not_with, '&growth law = {growth laws by speed}', by_meaning, 'its speed is given', '', 997, &
          1, 1, 0), &
       rule_t('&growth speeds', requires, '&growth law = {growth laws in motion by toughness} or &growth rate = ''toughness''', &
-         by_meaning, 'a tip at rest has no speed', '', 1002, 1, 2, 0), &
-      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 1005, &
+         by_meaning, 'a tip at rest has no speed', '', 999, 1, 2, 0), &
+      rule_t('&growth mixed_mode', no_effect_with, '&crack kind = ''symmetry''', mechanics, 'the crack is in mode I', '', 1002, &
          1, 1, 0), &
-      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 1007, 1, 1, 0), &
-      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1009, 1, 1, &
+      rule_t('&growth lambda', requires, '&growth mixed_mode = ''hutchinson_suo''', by_meaning, '', '', 1004, 1, 1, 0), &
+      rule_t('&growth toughness_shear', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1006, 1, 1, &
          0), &
-      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1011, 1, &
+      rule_t('&growth mixed_mode_exponent', requires, '&growth mixed_mode = ''benzeggagh_kenane''', by_meaning, '', '', 1008, 1, &
          1, 0), &
-      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 1013, 1, &
-         1, 0)]
+      rule_t('&growth mixed_mode = ''benzeggagh_kenane''', requires, '&growth toughness_shear > 0', by_meaning, '', '', 1010, 1, &
+         1, 0), &
+      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 1012, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_11(*) = [ &
-      rule_t('&body toughness', no_effect_without, '&growth toughness > 0', by_meaning, '', '', 1015, 1, 1, 0), &
       rule_t('&growth start', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', &
-         1017, 1, 1, 0), &
-      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 1019, &
+         1014, 1, 1, 0), &
+      rule_t('&growth end', not_with, '&growth law = {growth laws at rest}', by_meaning, 'a static model has no time', '', 1016, &
          1, 1, 0), &
-      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 1021, 1, 1, 0), &
-      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 1023, 1, 1, 0), &
+      rule_t('&growth direction = ''path''', requires, '&growth points', by_meaning, '', '', 1018, 1, 1, 0), &
+      rule_t('&growth points', requires, '&growth direction = ''path''', by_meaning, '', '', 1020, 1, 1, 0), &
       rule_t('&growth direction = ''path''', not_with, '&growth law = {growth laws at rest}', not_built, &
-         'static growth follows a criterion or the crack''s own line', '', 1025, 1, 1, 0), &
+         'static growth follows a criterion or the crack''s own line', '', 1022, 1, 1, 0), &
       rule_t('&growth direction = ''hoop_stress'' | ''local_symmetry'' | ''max_energy'' | ''path''', not_with, &
          '&crack kind = ''symmetry''', mechanics, 'the crack stays on its symmetry plane', '&growth direction = ''straight''', &
-         1027, 1, 1, 1), &
+         1024, 1, 1, 1), &
       rule_t('&growth tips = ''last'' | ''first''', not_with, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''largest''', 1030, 1, 1, 1), &
+         '&growth tips = ''largest''', 1027, 1, 1, 1), &
       rule_t('&growth tips = ''largest''', requires, '&growth law = {growth laws at rest}', not_built, '', &
-         '&growth tips = ''all''', 1033, 1, 1, 1), &
+         '&growth tips = ''all''', 1030, 1, 1, 1), &
       rule_t('&growth tips = ''first''', not_with, '&crack kind = ''symmetry''', by_meaning, &
-         'the crack has one tip, its last point', '', 1036, 1, 1, 0), &
+         'the crack has one tip, its last point', '', 1033, 1, 1, 0), &
       rule_t('&growth tips = ''largest'' | ''last''', no_effect_with, '&crack kind = ''symmetry''', mechanics, &
-         'the crack has one tip', '', 1038, 1, 1, 0), &
-      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1040, 1, 1, 0), &
+         'the crack has one tip', '', 1035, 1, 1, 0), &
+      rule_t('&nucleation', requires, '&crack', by_meaning, 'that says where a crack may appear', '', 1037, 1, 1, 0), &
       rule_t('&nucleation and several cracks', requires, '&nucleation crack', by_meaning, 'the name selects the crack', '', &
-         1042, 2, 1, 0), &
-      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1045, 1, 1, 0), &
+         1039, 2, 1, 0), &
+      rule_t('&nucleation', requires, '&nucleation toughness > 0', by_meaning, '', '', 1042, 1, 1, 0), &
       rule_t('&nucleation', requires, '&method time = ''static''', not_built, &
-         'cracks appear at rest; in motion &cohesive parts faces', '', 1047, 1, 1, 0), &
+         'cracks appear at rest; in motion &cohesive parts faces', '', 1044, 1, 1, 0), &
       rule_t('&nucleation', requires, 'something that growth scales', mechanics, &
-         'loads and motions that are not held are scaled until the crack appears', '', 1049, 1, 1, 0), &
+         'loads and motions that are not held are scaled until the crack appears', '', 1046, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack kind = ''symmetry''', not_built, 'the whole body tells the energy of a new crack', &
-         '', 1051, 1, 1, 0), &
+         '', 1048, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&control', not_built, 'what a new crack releases depends on the stiffness of the frame', &
-         '', 1053, 1, 1, 0), &
-      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1055, &
+         '', 1050, 1, 1, 0), &
+      rule_t('&nucleation', not_with, '&cohesive', not_built, 'the energy of cohesive faces depends on their history', '', 1052, &
          1, 1, 0), &
       rule_t('&nucleation', not_with, '&load on = ''crack''', not_built, &
-         'a pressure does work on the faces of a new crack at once', '', 1057, 1, 1, 0), &
+         'a pressure does work on the faces of a new crack at once', '', 1054, 1, 1, 0), &
       rule_t('&nucleation', not_with, '&crack contact = ''frictionless'' | ''friction''', not_built, &
-         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1059, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&crack contact = ''none''', 1056, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&constraint unilateral = .true.', not_built, &
-         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1062, 1, 1, 1), &
+         'energies are taken to be quadratic in the load factor', '&constraint unilateral = .false.', 1059, 1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws of any strain}', not_built, &
-         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1065, &
+         'energies are taken to be quadratic in the load factor', '&material law = ''linear_elastic'' | ''orthotropic''', 1062, &
          1, 1, 1), &
       rule_t('&nucleation', not_with, '&material law = {laws with a history}', mechanics, &
          'what is stored before and after does not tell what a new crack releases', &
-         '&material law = ''linear_elastic'' | ''orthotropic''', 1068, 1, 1, 1), &
-      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1071, 1, 1, 0), &
+         '&material law = ''linear_elastic'' | ''orthotropic''', 1065, 1, 1, 1), &
+      rule_t('&energy_release estimators = {estimators}', requires, '&crack', by_meaning, '', '', 1068, 1, 1, 0), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, 'tips at no nodes', mechanics, &
-         'virtual crack closure needs a tip at a node', '''domain_integral''', 1073, 1, 1, 1), &
+         'virtual crack closure needs a tip at a node', '''domain_integral''', 1070, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, &
          '&growth and &crack kind = ''symmetry'' and a plane', mechanics, &
-         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1076, 1, 3, &
+         'virtual crack closure needs a tip at a node, and a growing tip is between nodes', '''domain_integral''', 1073, 1, 3, &
          1), &
       rule_t('&energy_release estimators = {estimators at nodes}', not_with, '&cohesive', mechanics, &
-         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1081, 1, 1, 1), &
+         'virtual crack closure assumes traction-free crack faces', '''domain_integral''', 1078, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of elastic material}', not_with, '&material law = {laws with a history}', &
-         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1084, 1, 1, 1), &
+         mechanics, 'the work of closing a crack is not that of opening it', '''domain_integral''', 1081, 1, 1, 1), &
       rule_t('&energy_release estimators = ''stress_closure''', not_with, '&load on = ''crack''', mechanics, &
-         'the derivation assumes traction-free crack faces', '''domain_integral''', 1087, 1, 1, 1), &
+         'the derivation assumes traction-free crack faces', '''domain_integral''', 1084, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators of isotropic material}', not_with, '&material law = ''orthotropic''', &
-         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1090, 1, 1, 1), &
+         not_built, 'the near-tip fields are those of isotropic material', '''domain_integral''', 1087, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, &
          '&crack contact = ''frictionless'' | ''friction''', mechanics, 'the estimator assumes traction-free crack faces', &
-         '''domain_integral''', 1093, 1, 1, 1), &
+         '''domain_integral''', 1090, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load on = ''crack''', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1096, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1093, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&load face = ''left'' | ''right''', &
-         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1099, 1, 1, 1), &
+         mechanics, 'the estimator assumes traction-free crack faces', '''domain_integral''', 1096, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for traction-free faces}', not_with, '&cohesive', mechanics, &
-         'the estimator assumes traction-free crack faces', '''domain_integral''', 1102, 1, 1, 1), &
+         'the estimator assumes traction-free crack faces', '''domain_integral''', 1099, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&growth', not_built, &
-         'the estimator is for stationary tips', '''domain_integral''', 1105, 1, 1, 1), &
+         'the estimator is for stationary tips', '''domain_integral''', 1102, 1, 1, 1), &
       rule_t('&energy_release estimators = {estimators for stationary tips}', not_with, '&nucleation', not_built, &
-         'the estimator is for tips that are there from the start', '''domain_integral''', 1108, 1, 1, 1), &
+         'the estimator is for tips that are there from the start', '''domain_integral''', 1105, 1, 1, 1), &
       rule_t('&energy_release estimators = ''domain_integral''', warned_with, '&material law = {laws with a history}', &
          mechanics, 'J depends on its domain where material yields or creeps; K, modes and errors are not '// &
-         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1111, 1, 1, 0), &
+         'recorded; J_near_tip and J_far_field are those of the smallest and the largest one', '', 1108, 1, 1, 0), &
       rule_t('&energy_release estimators = ''material_force''', warned_with, '&material law = {laws with a history}', mechanics, &
-         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1113, 1, 1, &
+         'the material force depends on its disc where material yields or creeps; errors are not '//'recorded', '', 1110, 1, 1, &
          0), &
       rule_t('&energy_release t_stress = .true.', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'the T-stress is an interaction integral', '', 1115, 1, 1, 0)]
+         'the T-stress is an interaction integral', '', 1112, 1, 1, 0), &
+      rule_t('&energy_release t_stress = .true.', not_with, '&material law = {laws with a history}', mechanics, &
+         'the fields that the integral is with are those of elastic material', '', 1114, 1, 1, 0)]
 
    type(rule_t), parameter :: rules_12(*) = [ &
-      rule_t('&energy_release t_stress = .true.', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1117, 1, 1, 0), &
       rule_t('&energy_release t_stress = .true.', not_with, '&growth law = {growth laws in motion}', mechanics, &
-         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1119, 1, 1, &
+         'at a running tip the product of K and the inertia of the force that tells T is not '//'integrable', '', 1116, 1, 1, &
          0), &
       rule_t('&energy_release phase_length', requires, '&energy_release estimators = ''domain_integral''', mechanics, &
-         'K of an interface is an interaction integral', '', 1121, 1, 1, 0), &
+         'K of an interface is an interaction integral', '', 1118, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = {laws with a history}', mechanics, &
-         'the fields that the integral is with are those of elastic material', '', 1123, 1, 1, 0), &
+         'the fields that the integral is with are those of elastic material', '', 1120, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&material law = ''orthotropic''', not_built, &
-         'the fields that the integral is with are those of isotropic materials', '', 1125, 1, 1, 0), &
+         'the fields that the integral is with are those of isotropic materials', '', 1122, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack kind = ''symmetry''', mechanics, &
-         'beyond a symmetry plane is the same material', '', 1127, 1, 1, 0), &
+         'beyond a symmetry plane is the same material', '', 1124, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&crack contact = ''frictionless'' | ''friction''', mechanics, &
-         'faces that touch at an interface have other fields at the tip', '', 1129, 1, 1, 0), &
+         'faces that touch at an interface have other fields at the tip', '', 1126, 1, 1, 0), &
       rule_t('&energy_release phase_length', not_with, '&growth law = {growth laws in motion}', not_built, &
-         'the fields that the integral is with are those of a tip at rest', '', 1131, 1, 1, 0), &
+         'the fields that the integral is with are those of a tip at rest', '', 1128, 1, 1, 0), &
       rule_t('&energy_release radii', no_effect_without, '&energy_release estimators = {estimators by radii}', by_meaning, '', &
-         '', 1133, 1, 1, 0), &
-      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1135, &
+         '', 1130, 1, 1, 0), &
+      rule_t('&energy_release reference = ''value''', requires, '&energy_release reference_value > 0', by_meaning, '', '', 1132, &
          1, 1, 0), &
-      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1137, 1, &
+      rule_t('&energy_release reference_value', requires, '&energy_release reference = ''value''', by_meaning, '', '', 1134, 1, &
          1, 0), &
       rule_t('&energy_release reference = ''dcb''', requires, &
          '&crack kind = ''symmetry'' | ''line'' | ''plane'' and &crack front = ''straight''', mechanics, &
-         'the closed form is for a crack along the beam', '', 1139, 1, 2, 0), &
+         'the closed form is for a crack along the beam', '', 1136, 1, 2, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, 'several bodies', mechanics, 'the closed form is for one beam', &
-         'reference = ''value''', 1142, 1, 1, 0), &
+         'reference = ''value''', 1139, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&material law = ''orthotropic''', mechanics, &
-         'the closed form is for isotropic material', 'reference = ''value''', 1144, 1, 1, 0), &
+         'the closed form is for isotropic material', 'reference = ''value''', 1141, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&load kind = ''pressure'' | ''gravity''', mechanics, &
-         'the closed form is for forces', 'reference = ''value''', 1146, 1, 1, 0), &
+         'the closed form is for forces', 'reference = ''value''', 1143, 1, 1, 0), &
       rule_t('&energy_release reference = ''dcb''', not_with, '&growth', mechanics, 'the closed form is for a stationary crack', &
-         '', 1148, 1, 1, 0), &
-      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1150, 1, 1, 0), &
-      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1152, 1, 1, 0), &
-      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1154, 1, 1, 0), &
-      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1156, 1, 1, 0), &
+         '', 1145, 1, 1, 0), &
+      rule_t('&probe quantity = ''displacement''', requires, '&probe at', by_meaning, '', '', 1147, 1, 1, 0), &
+      rule_t('&probe quantity = ''velocity''', requires, '&probe at', by_meaning, '', '', 1149, 1, 1, 0), &
+      rule_t('&probe quantity = ''stress''', requires, '&probe at', by_meaning, '', '', 1151, 1, 1, 0), &
+      rule_t('&probe quantity = ''strain''', requires, '&probe at', by_meaning, '', '', 1153, 1, 1, 0), &
       rule_t('&probe at', requires, '&probe quantity = ''displacement'' | ''velocity'' | ''stress'' | ''strain''', by_meaning, &
-         '', '', 1158, 1, 1, 0), &
+         '', '', 1155, 1, 1, 0), &
       rule_t('&probe quantity = ''velocity''', not_with, '&method time = ''static''', mechanics, &
-         'a static model has no velocity', '', 1160, 1, 1, 0), &
-      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1162, 1, 1, 0), &
-      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1164, 1, 1, 0), &
+         'a static model has no velocity', '', 1157, 1, 1, 0), &
+      rule_t('&probe face = ''left'' | ''right''', requires, '&probe at', by_meaning, '', '', 1159, 1, 1, 0), &
+      rule_t('&probe quantity = ''opening'' | ''volume''', requires, '&crack', by_meaning, '', '', 1161, 1, 1, 0), &
       rule_t('&probe quantity = ''opening'' | ''volume'' and several cracks', requires, '&probe of', by_meaning, &
-         'the name selects the crack', '', 1166, 2, 1, 0), &
+         'the name selects the crack', '', 1163, 2, 1, 0), &
       rule_t('&probe quantity = ''load_line''', requires, '&probe of', by_meaning, 'the name selects the load or constraint', &
-         '', 1169, 1, 1, 0), &
+         '', 1166, 1, 1, 0), &
       rule_t('&probe quantity = ''load_line''', not_with, '&probe quantity = ''opening'' | ''volume''', by_meaning, &
-         'of is a crack there', 'two probes', 1171, 1, 1, 0), &
-      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1173, 1, &
+         'of is a crack there', 'two probes', 1168, 1, 1, 0), &
+      rule_t('&probe of', requires, '&probe quantity = ''opening'' | ''volume'' | ''load_line''', by_meaning, '', '', 1170, 1, &
          1, 0), &
-      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1175, 1, 1, 0), &
-      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1177, 1, 1, 0), &
-      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1179, 1, 1, 0), &
-      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1181, 1, 1, 0)]
+      rule_t('&probe quantity = ''opening''', requires, '&probe distance > 0', by_meaning, '', '', 1172, 1, 1, 0), &
+      rule_t('&probe distance', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1174, 1, 1, 0), &
+      rule_t('&load name', no_effect_without, '&probe quantity = ''load_line''', by_meaning, '', '', 1176, 1, 1, 0), &
+      rule_t('&probe tip = ''first''', requires, '&probe quantity = ''opening''', by_meaning, '', '', 1178, 1, 1, 0)]
 
    type(rule_t), parameter :: rules(*) = [rules_1, rules_2, rules_3, rules_4, rules_5, rules_6, rules_7, rules_8, rules_9, &
       rules_10, rules_11, rules_12]

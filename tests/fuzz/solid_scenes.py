@@ -297,6 +297,8 @@ class Solid(Drawing):
         if self.time == "explicit" and "contact" not in keys and chance.random() < 0.6:
             keys = {"law": "prescribed", "speed": chance.uniform(0.02, 0.4) * self.cell / self.tick} if chance.random() < 0.5 else \
                 {"law": "toughness", "toughness": chance.uniform(0.01, 1) * self.strain**2 * self.young * self.cell}
+            if keys["law"] == "toughness" and chance.random() < 0.3:
+                keys |= {"extensions": [0.0, self.cell], "extension_factors": [1.0, chance.choice([0.6, 1.5, 3.0])]}
             found.append(["growth", keys | {"direction": "straight"}])
         return found
 
