@@ -2,17 +2,22 @@
 
   speed   strips between rigid grips, plane and as a slab, by toughness(v), in explicit and implicit steps: G as at rest at any speed (Nilsson 1974); and, where
           they are slow, the way
-  stops   the same strips, plane, whose toughness rises along the way to more than G: the crack comes to rest where both are equal
+  stops   the same strips, whose toughness rises along the way to more than G: the crack comes to rest where both are equal
   slow    the same strips, whose grips move so slowly that waves do not matter, across and along: the time at which G is the toughness
   wave    a plane wave meets a crack of a half plane: K_I(t) or, by the hoop stress, K_II(t) tell the time at which it starts (Freund 1990, 2.5 and 3.2)
   path    a centre crack across the tension, beside the grid lines: its path is straight
+  turn    a slanted crack in a plate, a notch beside the load of a bent beam: their paths by integral equations (tests/reference/growth), in increments of half the
+          size, a third of whose difference counts for the estimate
 """
 
 import math
 import random
 import tempfile
+from pathlib import Path
 
 from program_runs import Program
+
+ROOT = Path(__file__).resolve().parent.parent
 
 YOUNG, POISSON, DENSITY = 200e9, 0.3, 5000.0
 MODULUS, SHEAR = YOUNG / (1 - POISSON**2), YOUNG / (2 * (1 + POISSON))
@@ -77,12 +82,13 @@ def stops(r, solid):
     rise = r.uniform(1.3, 2.0) / part                      # of the toughness, to more than G
     rate, far = ACROSS * 1e-12 / 8e-3, 8e-3 * r.uniform(0.5, 1.2)
     end = far * (rise - 1) / (1 / part - 1)                # of the curve
-    text, _ = strip(r, solid, (0.0, 1e-6), lambda cell: f"direction = 'straight'  toughness = {rate * part!r}  limit_speed = {v / (1 - part)!r}  "
-                    f"extensions = 0.0, {end!r}  extension_factors = 1.0, {rise!r}", 6 * far / v,
+    text, cell = strip(r, solid, (0.0, 1e-6), lambda cell: f"direction = 'straight'  toughness = {rate * part!r}  limit_speed = {v / (1 - part)!r}  "
+                       f"extensions = 0.0, {end!r}  extension_factors = 1.0, {rise!r}", 6 * far / v,
                     lambda cell: f"&method start = 'static' /\n&output file = 'run.h5'  history_interval = {far / v / 4!r} /\n")
 
     def found(row, told):
-        yield "arrest in motion", row["crack_length"][-1] - row["crack_length"][0], far * (1 - math.exp(-v * row["time"][-1] / far)), row["crack_length_error"][-1], 0.0
+        name, width = ("crack_area", cell) if solid else ("crack_length", 1.0)
+        yield "arrest in motion", (row[name][-1] - row[name][0]) / width, far * (1 - math.exp(-v * row["time"][-1] / far)), row[name + "_error"][-1] / width, 0.0
     return text, found
 
 
@@ -107,22 +113,28 @@ def wave(r, solid):
     cell = half / r.choice((25, 40))
     fast = WAVES[shears]
     start = r.uniform(0.25, 0.8) * half / fast             # after the wave has come
+    turns = shears and not solid                           # a front stays in its plane, and starts by G
     if shears:
-        k = 2e6 * math.sqrt(2 * fast * start / (math.pi * (1 - POISSON))) * HOOP
+        k = 2e6 * math.sqrt(2 * fast * start / (math.pi * (1 - POISSON))) * (HOOP if turns else 1.0)
     else:
         k = 2e6 / (1 - POISSON) * math.sqrt(fast * start * (1 - 2 * POISSON) / math.pi)
     right = half / fast + start
-    text = head((-half, -half), (half, half), cell, False, right + 0.3 * half / fast)
+    text = head((-half, -half), (half, half), cell, solid, right + 0.3 * half / fast)
+    z = lambda x: f", {x!r}" if solid else ""
     for side in (-half, half):
-        text += f"&constraint lower = {side!r}, {-half!r}  upper = {side!r}, {half!r}  fix = '{'y' if shears else 'x'}' /\n"
-        push = math.copysign(1e6 * half, side)
-        text += f"&load kind = 'traction'  lower = {-half!r}, {side!r}  upper = {half!r}, {side!r}  force = {f'{push!r}, 0.0' if shears else f'0.0, {push!r}'} /\n"
-    text += (f"&crack kind = 'path'  points = {-half!r}, {r.uniform(-0.4, 0.4) * cell!r}, {r.uniform(-0.5, 0.5) * cell!r}, 0.0 /\n"
-             f"&growth law = 'toughness'  toughness = {k**2 / MODULUS!r}  direction = '{'hoop_stress' if shears else 'straight'}' /\n"
+        text += f"&constraint lower = {side!r}, {-half!r}{z(0.0)}  upper = {side!r}, {half!r}{z(cell)}  fix = '{'y' if shears else 'x'}' /\n"
+        push = math.copysign(1e6 * half * (cell if solid else 1.0), side)
+        text += (f"&load kind = 'traction'  lower = {-half!r}, {side!r}{z(0.0)}  upper = {half!r}, {side!r}{z(cell)}  "
+                 f"force = {f'{push!r}, 0.0' if shears else f'0.0, {push!r}'}{z(0.0)} /\n")
+    if solid:
+        text += "".join(f"&constraint lower = {-half!r}, {-half!r}, {x!r}  upper = {half!r}, {half!r}, {x!r}  fix = 'z' /\n" for x in (0.0, cell))
+    y, tip = r.uniform(-0.4, 0.4) * cell, r.uniform(-0.5, 0.5) * cell
+    crack = f"kind = 'plane'  normal = 'y'  tip = {tip!r}, 0.0, {cell / 2!r}  direction = 1.0, 0.0, 0.0" if solid else f"kind = 'path'  points = {-half!r}, {y!r}, {tip!r}, 0.0"
+    text += (f"&crack {crack} /\n&growth law = 'toughness'  toughness = {k**2 / MODULUS!r}  direction = '{'hoop_stress' if turns else 'straight'}' /\n"
              f"&output file = 'run.h5'  history_interval = {right / 50!r} /\n")
 
     def found(row, told):
-        yield f"onset time, wave{' of shear' if shears else ''}", told["onset_time"], right, told["onset_time_error"], 0.0
+        yield f"onset time, wave{' of shear' if shears else ''}{', slab' if solid else ''}", told["onset_time"], right, told["onset_time_error"], 0.0
     return text, found
 
 
@@ -144,19 +156,49 @@ def path(r, solid):
     return text, found
 
 
+def turn(r, solid):
+    """A crack that turns: at 45 degrees in a plate of 40 by 80 mm, or beside the load of a beam of 120 by 30 mm."""
+    mm, slanted = 1e-3, r.random() < 0.5
+    cell, levels, part = (r.choice((0.8, 1.0)) if slanted else r.choice((0.75, 1.0))) * mm, r.choice((1, 2)), r.uniform(0.5, 1.0)
+    half = (20.0, 40.0) if slanted else (60.0, 15.0)
+    text = head([-x * mm for x in half], [x * mm for x in half], cell, False, 1.0)
+    if slanted:
+        points, pulls = [-8 * math.sqrt(0.5), -8 * math.sqrt(0.5), 8 * math.sqrt(0.5), 8 * math.sqrt(0.5)], [(-20, 20, y, y / 40 * 4e4) for y in (-40, 40)]
+        name, number, step, way = "p1_path_slanted_45.csv", "2", 1.6 * part, 8.0
+    else:
+        points, pulls = [-20, -16, -20, -6], [(-1, 1, 15, -2e3), (-51, -49, -15, 1e3), (49, 51, -15, 1e3)]
+        name, number, step, way = "p4_path_three_point_bend.csv", "1", 1.5 * part, 9.0
+    text += "".join(f"&load kind = 'traction'  lower = {a * mm!r}, {y * mm!r}  upper = {b * mm!r}, {y * mm!r}  force = 0.0, {force!r} /\n" for a, b, y, force in pulls)
+    text += f"&crack kind = 'path'  points = {', '.join(repr(x * mm) for x in points)} /\n"
+    text += (f"&growth direction = 'local_symmetry'  toughness = 100.0  increment = {step * mm!r} /\n&refine indicator = 'tip'  max_level = {levels}  rings = 8 /\n"
+             f"&method time = 'static'  load_steps = {round(way / step)} /\n&output file = 'run.h5' /\n")
+    lines = [line.split(",") for line in (ROOT / "tests/reference/growth" / name).read_text().splitlines()]
+    coarse, fine = ([[float(x) * mm for x in line[3:5]] for line in lines if line[:2] == [f"{size:g} mm", number]] for size in ((1.6, 0.8) if slanted else (1.5, 0.75)))
+
+    def beside(path, x, y):
+        """How far a place is to the left of the two points of a path that are the nearest [m]."""
+        (ax, ay), (bx, by) = sorted(sorted(path, key=lambda p: math.hypot(p[0] - x, p[1] - y))[:2], key=path.index)
+        return ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / math.hypot(bx - ax, by - ay)
+
+    def found(row, told):
+        x, y = row["tip_x"][-1], row["tip_y"][-1]
+        off, of_coarse = beside(fine, x, y), beside(coarse, x, y)
+        yield "path, curved", way * mm + off, way * mm, row["path_error"][-1], abs(off - of_coarse) / 3 / (way * mm)
+    return text, found
+
+
 def drawn(make, seed, k):
     """Whether a specimen is a solid, its namelist, and the function of its row and attributes that gives its values."""
     r = random.Random(f"{make.__name__} {seed} {k}")
-    solid = make in (speed, slow) and r.random() < 0.25
+    solid = make not in (path, turn) and r.random() < 0.25
     return solid, *make(r, solid)
 
 
 def moving(seed, number, program, program3d):
-    """Values of so many specimens of each kind, as those of `measure`."""
+    """Values of so many specimens of each kind as they come, as those of `measure`."""
     import h5py  # noqa: PLC0415: only here
 
-    rows = []
-    for make in (speed, stops, slow, wave, path):
+    for make in (speed, stops, slow, wave, path, turn):
         for k in range(number):
             solid, text, found = drawn(make, seed, k)
             with tempfile.TemporaryDirectory() as folder:
@@ -168,8 +210,7 @@ def moving(seed, number, program, program3d):
                 with h5py.File(run.path) as file:
                     told = dict(file["history/front_speed" if solid else "history/tip_speed"].attrs) if make in (slow, wave) else {}
                 try:
-                    rows += [(len(rows), make.__name__ + " slab" * solid, "motion", "strain", 1, 0, 0.0, 0.0, name, abs(value / exact - 1), error / abs(exact), more)
-                             for name, value, exact, error, more in found(row, told)]
+                    yield from ((make.__name__ + " slab" * solid, "motion", "strain", 1, 0, 0.0, 0.0, name, abs(value / exact - 1), error / abs(exact), more)
+                                for name, value, exact, error, more in found(row, told))
                 except KeyError as missing:
                     print(make.__name__, k, "has no", missing)
-    return rows

@@ -71,18 +71,29 @@ def test_the_way_by_a_speed_that_rises_is_within_its_error(hampm, number):
     assert np.all(off <= bar) and np.all(bar[1:4] < 10 * off[1:4])
 
 
-@pytest.mark.parametrize("number", (0, 5, 12, 17, 40))  # 40: cells that had followed the tip and come back held it where it was
-def test_a_crack_arrests_within_the_error_of_its_length(hampm, number):
-    """Strips and centre cracks whose toughness rises, in a load frame: length, load and displacement against closed forms; both orders."""
+@pytest.mark.parametrize("number", (0, 5, 12, 14, 17, 40, 47))  # 40: cells that had followed the tip and come back held it where it was
+def test_a_crack_arrests_within_the_error_of_its_length(hampm, hampm3d, number):
+    """Strips, a slab, centre cracks and a penny whose toughness rises, in a load frame: length or area, load and displacement against closed forms; both orders."""
     specimen = drawn.framed(1, number)
-    row = run(hampm, drawn.scene(specimen))
+    row = run(hampm3d if specimen["kind"] in drawn.SOLID else hampm, drawn.scene(specimen))
     found = drawn.values(specimen, row)
     print(specimen["kind"], specimen["law"], found)
     assert len(found) == (2 if specimen["law"] == "resistance" else 1)
     assert all(off <= bar + more for _, off, bar, more in found)
 
 
-@pytest.mark.parametrize("kind, number", (("slow", 1), ("slow", 5), ("wave", 0), ("wave", 6), ("speed", 5), ("speed", 3), ("stops", 0), ("path", 6)))
+@pytest.mark.parametrize("number", (55, 63))
+def test_the_load_of_a_front_has_the_error_of_its_largest_rate(hampm3d, number):
+    """A penny of four cells starts at the ends of its quarter, where cells are the worst, at 2.5 % less load: the error of the mean of G was half of that."""
+    specimen = drawn.draw(1, number)
+    found = drawn.values(specimen, run(hampm3d, drawn.scene(specimen)))
+    print(found)
+    assert specimen["kind"] == "penny" and len(found) == 2
+    assert all(off <= bar + more for _, off, bar, more in found)
+
+
+# wave 5: a slab is sheared, and K_I is rounding, K_III 0, as both of its sides are planes of symmetry; stops 6: a slab, whose toughness rises along the way of its front
+@pytest.mark.parametrize("kind, number", (("slow", 1), ("slow", 5), ("wave", 0), ("wave", 6), ("wave", 5), ("speed", 5), ("speed", 3), ("stops", 0), ("stops", 6), ("path", 6), ("turn", 3)))
 def test_motion_has_errors_that_hold(hampm, hampm3d, kind, number):
     """Start by grips that move slowly, in opening and shear, and by waves of both; speed and way in strips, one to an arrest; a path that is straight."""
     solid, text, found = moving.drawn(getattr(moving, kind), 1, number)
