@@ -8,6 +8,10 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#if defined __GLIBC__
+#include <malloc.h>
+#endif
+
 #if defined __x86_64__
 #define PLAIN target("arch=x86-64")
 #else
@@ -23,6 +27,16 @@ __attribute__((constructor(101), PLAIN)) static void hold_threads(void) {
     void (*set_threads)(int) = (void (*)(int))dlsym(RTLD_DEFAULT, "openblas_set_num_threads");
     if (set_threads) set_threads(1);
 }
+
+// Memory that is freed stays with the program, up to what the library keeps of itself after a while: else each array above 128 kB takes new
+// pages of the system, which clears them, and meshes are built of many
+#if defined __GLIBC__
+__attribute__((constructor(102), PLAIN)) static void keep_memory(void) {
+    const int array = 32 << 20, freed = 64 << 20; // [bytes]
+    mallopt(M_MMAP_THRESHOLD, array);
+    mallopt(M_TRIM_THRESHOLD, freed);
+}
+#endif
 
 // Newer versions of OpenBLAS take their room as they are loaded, and where they cannot they try for ever: before a library begins, it is
 // looked for here. `check_room` of src/setup/resource_estimate.f90 has the rest

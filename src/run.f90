@@ -67,7 +67,7 @@ contains
       real(dp), intent(in) :: samples            !! of the history
       integer(long), intent(in) :: clock_start   !! ticks when the program has started
       real(dp) :: duration
-      real(dp), parameter :: patience = 0.05_dp  ! for the steps [s]
+      real(dp), parameter :: patience = 0.005_dp, most = 0.05_dp ! for steps after the first, and with it [s]
       integer, parameter :: most_steps = 1000, most_at_rest = 100000
       type(failure_t) :: failure
       integer, parameter :: grown = 12, turned = 16 ! equilibria of a load step with quasi-static growth; with turning cracks
@@ -85,7 +85,7 @@ contains
       start = seconds()
       last = 0
       do done = 1, int(min(int(most_steps, long), steps - 1))
-         if (failure%failed() .or. first + last > patience) exit
+         if (failure%failed() .or. last > patience .or. first + last > most) exit
          call s%integrator%advance(s%problem, s%dt, failure)
          last = seconds() - start
       end do
@@ -95,6 +95,7 @@ contains
          start = seconds()
          call measure_state(s, failure)
          sample = min(sample, seconds() - start)
+         if (sample > patience) exit
       end do
       if (failure%failed()) return
       duration = first + samples*sample
