@@ -8,7 +8,7 @@ module hampm_input_warnings
    use hampm_crack_placement, only: body_at
    use hampm_edge_parts, only: edge_part_t
    use hampm_history_resolution, only: begins_too_late, coarse_histories
-   use hampm_joints, only: do_touch, holds_material, share_nodes, velocity_fields_of
+   use hampm_joints, only: do_touch, holds_material, near_pairs, share_nodes, velocity_fields_of
    use hampm_law, only: value_of
    use hampm_path_placement, only: path_tip, path_direction, path_outside, path_tips
    use hampm_placement, only: upper_corner, points_of, reach_of, spacing_of, tolerance, point_text
@@ -258,17 +258,19 @@ contains
    pure subroutine check_gaps(model, text)
       type(model_t), intent(in) :: model
       character(:), allocatable, intent(inout) :: text
-      integer :: i, j, velocity_field(size(model%bodies))
+      integer, allocatable :: pairs(:, :)
+      integer :: k, velocity_field(size(model%bodies))
       velocity_field = velocity_fields_of(model)
-      do i = 2, size(model%bodies)
-         do j = 1, i - 1
+      pairs = near_pairs(model)
+      do k = 1, size(pairs, 2)
+         associate (i => pairs(1, k), j => pairs(2, k))
             if (velocity_field(i) /= velocity_field(j)) cycle
             if (do_touch(model, i, j) .or. .not. share_nodes(model, i, j)) cycle
             call add(text, 'bodies '//to_text(j)//' and '//to_text(i)//' are '// &
                      length_text(model%bodies(i)%gap_to(model%bodies(j)))//' m apart, but no whole cell is free between '// &
                      'them: they act on each other from the start, as if they touched. Use '// &
                      'smaller &grid cell, &contact, or a &crack where they are to separate')
-         end do
+         end associate
       end do
    end subroutine check_gaps
 
@@ -435,30 +437,31 @@ contains
       type(model_t), intent(in) :: model
       character(:), allocatable, intent(inout) :: text
       integer, parameter :: most_named = 6
-      character(:), allocatable :: pairs
-      integer :: i, j, touching, apart, velocity_field(size(model%bodies))
+      character(:), allocatable :: named
+      integer, allocatable :: pairs(:, :)
+      integer :: k, touching, velocity_field(size(model%bodies))
+      logical :: are_apart                       ! whether any two on one velocity field are
       velocity_field = velocity_fields_of(model)
+      pairs = near_pairs(model)
       touching = 0
-      apart = 0
-      pairs = ''
-      do i = 2, size(model%bodies)
-         do j = 1, i - 1
+      named = ''
+      do k = 1, size(pairs, 2)
+         associate (i => pairs(1, k), j => pairs(2, k))
             if (velocity_field(i) /= velocity_field(j)) cycle
-            if (.not. do_touch(model, i, j)) then
-               apart = apart + 1
-               cycle
-            end if
+            if (.not. do_touch(model, i, j)) cycle
             touching = touching + 1
             if (touching > most_named) cycle
-            if (touching > 1) pairs = pairs//', '
-            pairs = pairs//to_text(j)//' and '//to_text(i)
-         end do
+            if (touching > 1) named = named//', '
+            named = named//to_text(j)//' and '//to_text(i)
+         end associate
       end do
-      if (touching > most_named) pairs = pairs//' and '//to_text(touching - most_named)//' other pairs'
-      if (touching > 0) call add(text, 'bodies '//pairs//' touch: they are bonded, except along a &crack'// &
+      are_apart = touching < sum([(count(velocity_field == k)*(count(velocity_field == k) - 1.0_dp)/2, k=1, &
+                                   maxval([0, velocity_field]))])
+      if (touching > most_named) named = named//' and '//to_text(touching - most_named)//' other pairs'
+      if (touching > 0) call add(text, 'bodies '//named//' touch: they are bonded, except along a &crack'// &
          trim(merge('; a crack that grows along their seam has the lesser toughness', repeat(' ', 62), &
                     size(model%growth) > 0 .and. maxval(model%bodies%toughness) > minval(model%bodies%toughness))))
-      if (apart > 0 .and. model%method%frame == 'updated') call add(text, 'bodies interact from about a '// &
+      if (are_apart .and. model%method%frame == 'updated') call add(text, 'bodies interact from about a '// &
          'cell apart ('//to_text(model%grid%cell)//' m) on, by the nodes that their cells have in common, and stick as long '// &
          'as they are so near; smaller cells reduce both, and &contact resolves the gap')
    end subroutine check_bodies

@@ -4,13 +4,50 @@
 module hampm_joints
    use hampm_kinds, only: dp, ndim
    use hampm_body_group, only: body_t
+   use hampm_disjoint_sets, only: disjoint_sets_t, singletons
+   use hampm_nearby, only: nearby_t
    use hampm_placement, only: tolerance
    use hampm_model, only: model_t
    implicit none
    private
-   public :: do_touch, share_nodes, groups_of_bodies, velocity_fields_of, holds_material
+   public :: near_pairs, do_touch, share_nodes, groups_of_bodies, velocity_fields_of, holds_material
 
 contains
+
+   !> The pairs of bodies with less than three cells between the boxes around them, (2, pairs): the numbers i of a body and j < i, in
+   !> the order of i and then of j. No others touch or share nodes.
+   pure function near_pairs(model) result(pairs)
+      type(model_t), intent(in) :: model
+      integer, allocatable :: pairs(:, :)
+      type(nearby_t) :: table
+      real(dp) :: middle(ndim, size(model%bodies)), reach(size(model%bodies)) ! [m]
+      integer, allocatable :: found(:), more(:, :)
+      integer :: i, k, n
+      allocate (pairs(2, 4*size(reach)))
+      n = 0
+      do i = 1, size(reach)
+         associate (body => model%bodies(i))
+            middle(:, i) = (body%lower + body%upper)/2
+            reach(i) = maxval(body%upper - body%lower) + 4*model%grid%cell
+         end associate
+      end do
+      if (size(reach) > 1) call table%sort(middle, reach)
+      do i = 2, size(reach)
+         call table%find(middle(:, i), reach(i), found)
+         do k = 1, size(found)
+            if (found(k) >= i) exit
+            if (are_apart(model, i, found(k))) cycle
+            if (n == size(pairs, 2)) then
+               allocate (more(2, 2*n))
+               more(:, :n) = pairs
+               call move_alloc(more, pairs)
+            end if
+            n = n + 1
+            pairs(:, n) = [i, found(k)]
+         end do
+      end do
+      pairs = pairs(:, :n)
+   end function near_pairs
 
    !> Whether two bodies of a model have a common point.
    pure logical function do_touch(model, i, j)
@@ -91,14 +128,15 @@ contains
    pure function groups_of_bodies(model) result(first)
       type(model_t), intent(in) :: model
       integer :: first(size(model%bodies))
-      integer :: i, j
-      do i = 1, size(first)
-         first(i) = i
-         do j = 1, i - 1
-            if (.not. do_touch(model, i, j)) cycle
-            where (first(:i) == max(first(i), first(j))) first(:i) = min(first(i), first(j))
-         end do
+      type(disjoint_sets_t) :: sets
+      integer, allocatable :: pairs(:, :)
+      integer :: i
+      call singletons(size(first), sets)
+      pairs = near_pairs(model)
+      do i = 1, size(pairs, 2)
+         if (do_touch(model, pairs(1, i), pairs(2, i))) call sets%join(pairs(1, i), pairs(2, i))
       end do
+      first = [(sets%least_of(i), i=1, size(first))]
    end function groups_of_bodies
 
    !> Velocity field of each body: bodies of one contact group, or all bodies without contact, share one.

@@ -300,6 +300,7 @@ contains
       if (failure%failed()) return
       if (any(m%materials%has_history)) call add_history(m%particles, maxval(m%materials%columns))
       m%materials%is_trial = model%method%time /= 'explicit'
+      allocate (m%particles%spacing(ndim, size(model%bodies)), source=0.0_dp)
       if (has_shapes(model)) then
          allocate (m%particles%outlines(size(model%bodies)))
          do k = 1, size(model%bodies)
