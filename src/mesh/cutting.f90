@@ -168,33 +168,58 @@ contains
       if (face == right_face) inward = quarter_turn(-direction)
    end function into_half
 
-   !> List the leaves near lines, and the segments that are near each.
+   !> List the leaves near lines, and the segments that are near each: of those in a row only where the box around them is.
    pure subroutine find_leaves(forest, cut, leaf)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(inout) :: cut
       integer, allocatable, intent(out) :: leaf(:) !! of each entry
+      real(dp), dimension(ndim, size(cut%segment, 3)) :: least, largest ! corners of the box around each segment [m]
+      real(dp), allocatable :: of_rows(:, :, :)  ! the same of rows of segments [m], (ndim, 2, rows)
       real(dp) :: lower(ndim), upper(ndim)
-      integer :: n, k, s
+      integer, allocatable :: more(:)
+      integer :: n, k, s, row, length, listed
       allocate (cut%entry(forest%leaf_count()), source=0)
       do s = 1, size(cut%segment, 3)
          call mark_along(forest, cut%segment(:, 1, s), cut%segment(:, 2, s), cut%entry)
+         least(:, s) = minval(cut%segment(:, :, s), dim=2)
+         largest(:, s) = maxval(cut%segment(:, :, s), dim=2)
       end do
       leaf = pack([(k, k=1, size(cut%entry))], cut%entry > 0)
       n = size(leaf)
       cut%entry(leaf) = [(k, k=1, n)]
-      allocate (cut%n_pieces(n), cut%first_near(n + 1), cut%near(0))
+      allocate (cut%n_pieces(n), cut%first_near(n + 1), cut%near(2*n))
       allocate (cut%piece(samples, samples, n), source=1)
+      length = max(1, nint(sqrt(real(size(least, 2), dp))))
+      allocate (of_rows(ndim, 2, (size(least, 2) + length - 1)/length))
+      do row = 1, size(of_rows, 3)
+         associate (first => 1 + (row - 1)*length, last => min(row*length, size(least, 2)))
+            of_rows(:, 1, row) = minval(least(:, first:last), dim=2)
+            of_rows(:, 2, row) = maxval(largest(:, first:last), dim=2)
+         end associate
+      end do
+      listed = 0
       do k = 1, n
-         cut%first_near(k) = size(cut%near) + 1
+         cut%first_near(k) = listed + 1
          associate (width => forest%size_of(leaf(k)))
             lower = forest%position(forest%place_of(leaf(k))) - width/2
             upper = lower + 2*width
          end associate
-         cut%near = [cut%near, pack([(s, s=1, size(cut%segment, 3))], &
-                                    [(all(minval(cut%segment(:, :, s), dim=2) <= upper) .and. &
-                                      all(maxval(cut%segment(:, :, s), dim=2) >= lower), s=1, size(cut%segment, 3))])]
+         do row = 1, size(of_rows, 3)
+            if (any(of_rows(:, 1, row) > upper .or. of_rows(:, 2, row) < lower)) cycle
+            do s = 1 + (row - 1)*length, min(row*length, size(least, 2))
+               if (any(least(:, s) > upper .or. largest(:, s) < lower)) cycle
+               if (listed == size(cut%near)) then
+                  allocate (more(2*listed))
+                  more(:listed) = cut%near
+                  call move_alloc(more, cut%near)
+               end if
+               listed = listed + 1
+               cut%near(listed) = s
+            end do
+         end do
       end do
-      cut%first_near(n + 1) = size(cut%near) + 1
+      cut%near = cut%near(:listed)
+      cut%first_near(n + 1) = listed + 1
    end subroutine find_leaves
 
    !> Mark the leaves along a segment, and those that are very near to it.
