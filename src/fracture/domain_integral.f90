@@ -16,7 +16,7 @@ module hampm_domain_integral
    use hampm_particles, only: particles_t
    use hampm_tensors, only: norm, in_plane, quarter_turn
    use hampm_crack_tip_field, only: modes, tip_field_t
-   use hampm_tip_domain, only: fields, tip_domain_t, place_t, places_t, list_places, fill_places
+   use hampm_tip_domain, only: fields, tip_domain_t, place_t, places_t, list_places, fill_places, weights_at
    implicit none
    private
    public :: integrals_t, domain_integrals, shares_of_modes
@@ -75,7 +75,7 @@ contains
       type(integrals_t), intent(out) :: found
       real(dp) :: by_closed(modes, size(domain%radius)), x(ndim), velocity(ndim)
       real(dp) :: sums(size(domain%radius), 0:fields), flux(ways, ndim), source(ways) ! of J and of each field
-      real(dp), allocatable :: q(:, :)           ! weights at the points of the grid [-], (radii, n_points)
+      real(dp), allocatable :: q(:, :)           ! weights at the points of the grid [-], (radii, points)
       type(sample_t) :: s
       integer :: radii, n, mode
       radii = size(domain%radius)
@@ -85,7 +85,7 @@ contains
          call find_frame(domain, problem%materials, p, places)
          x = 0
          velocity = 0
-         call places%weigh_points(grid%n_points, q)
+         call places%weigh_points(q)
          call fill_places(domain, grid, blocks, p, q, places)
          sums = 0
          by_closed = 0
@@ -251,7 +251,7 @@ contains
       type(interfaces_t), intent(in) :: interfaces
       type(closed_faces_t), intent(in) :: closed
       logical, intent(in) :: total_frame         !! whether interface points are at places of the reference configuration
-      real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
+      real(dp), allocatable, intent(in) :: q(:, :) !! at the points [-], (radii, points)
       real(dp), intent(inout) :: sums(:, 0:)     !! of J and of each mode
       real(dp), intent(inout) :: by_closed(:, :) !! part of K by faces behind a closed tip
       real(dp), intent(inout) :: k_uncertainty(:, :) !! uncertain part of K by replaced tractions
@@ -274,7 +274,7 @@ contains
          at_point = 0
          do i = 1, count(interfaces%list(n)%jump%node > 0)    ! the mean of both faces, of which the right one has the other sign
             associate (point => interfaces%list(n))
-               at_point = at_point + sign(0.5_dp, point%n_left - i + 0.5_dp)*point%jump%share(i)*q(:, point%jump%node(i))
+               at_point = at_point + sign(0.5_dp, point%n_left - i + 0.5_dp)*point%jump%share(i)*weights_at(q, point%jump%node(i))
             end associate
          end do
          if (is_half(interfaces%list(n))) at_point = 2*at_point ! there is one face
@@ -315,16 +315,19 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(load_t), intent(in) :: load
       real(dp), intent(in) :: factor             !! of the load [-]
-      real(dp), intent(in) :: q(:, :)            !! at the points of the grid [-], (radii, n_points)
+      real(dp), allocatable, intent(in) :: q(:, :) !! at the points of the grid [-], (radii, points)
       real(dp), intent(inout) :: sums(:, 0:)     !! of J and of each field
       real(dp), intent(inout) :: on_faces(ndim)  !! stresses s_12 and s_22 [Pa]
       real(dp), parameter :: at_tip = 1 + 1e-6_dp
       real(dp) :: force(ndim), x(ndim), slope(ndim), a(ndim, ndim), side, part_of_face, half, at_point(size(q, 1))
-      integer :: n, mode
+      integer :: n, k, mode
       do n = 1, size(load%particle)
          associate (particle => load%particle(n))
-            if (.not. any(abs(q(:, load%node(:, n))) > 0)) cycle
-            at_point = matmul(q(:, load%node(:, n)), load%shape(:, n))
+            if (maxval(load%node(:, n)) < lbound(q, 2) .or. minval(load%node(:, n)) > ubound(q, 2)) cycle
+            at_point = 0
+            do k = 1, size(load%node, 1)
+               at_point = at_point + load%shape(k, n)*weights_at(q, load%node(k, n))
+            end do
             if (.not. any(abs(at_point) > 0)) cycle
             force = domain%in_axes(factor*load%force_at(n))
             x = domain%from_tip(p%place_in_grid(particle), p%total_frame)

@@ -597,7 +597,7 @@ contains
       type(crack_tip_t), intent(in) :: tips(:)
       integer :: group(size(tips))
       integer, parameter :: few = 16
-      real(dp), parameter :: apart = 6           ! discs
+      real(dp), parameter :: apart = 3           ! discs
       integer :: k, j
       logical :: is_taken(size(tips))
       do k = 1, size(tips)
@@ -616,7 +616,7 @@ contains
    subroutine weight_moved(m, tip, q, leaves)
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
-      real(dp), allocatable, intent(out) :: q(:, :) !! (1, n_points)
+      real(dp), allocatable, intent(out) :: q(:, :) !! (1, points)
       integer, allocatable, intent(out) :: leaves(:)
       type(tip_domain_t) :: domain
       domain%tip = tip%now

@@ -15,7 +15,7 @@ module hampm_tip_domain
    implicit none
    private
    public :: fields, tip_domain_t, place_t, places_t, fields_at, weight_nodes, elements_of, particles_in, list_places, &
-             fill_places, nodes_at_others
+             fill_places, nodes_at_others, weights_at
 
    real(dp), parameter :: on_line = 1.0e-9_dp    !! part of an element within which of the crack's line a particle counts as on it
    real(dp), parameter :: singular = 1.0e-3_dp   !! part of an element within which of a tip a particle counts as at the tip
@@ -76,7 +76,8 @@ module hampm_tip_domain
       type(place_t), allocatable :: list(:)
       real(dp), allocatable :: q(:, :)           !! weight in each disc [-], (radii, places)
       real(dp), allocatable :: dq(:, :, :)       !! and its gradient [1/m], (ndim, radii, places)
-      integer, allocatable :: point(:)           !! points of the grid with a weight
+      integer :: bounds(2) = [1, 0]              !! first and last point of the grid that may have a weight
+      integer, allocatable :: point(:)           !! those with one
       real(dp), allocatable :: nodal(:, :)       !! theirs [-], (radii, size(point))
       integer, private :: layout = -1            !! of the blocks that they are in
       real(dp), allocatable, private :: key(:)   !! of the tip that they are of, see `key_of`
@@ -103,22 +104,33 @@ contains
    !>
    !> Between them q has the shape functions of the grid. That makes J nearly independent of the disc: the equilibrium of the nodes
    !> holds for weights of just that kind, and the particles integrate them as they integrate the nodal forces. Only leaves around
-   !> the tip are looked at: there may be many tips.
+   !> the tip are looked at, and in uniform grids only their points have a place in q: there may be many tips.
    pure subroutine weight_nodes(domain, grid, q, leaves, level)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
-      real(dp), allocatable, intent(out) :: q(:, :)  !! [-], (radii, n_points)
+      real(dp), allocatable, intent(out) :: q(:, :)  !! [-], (radii, from the first to the last point, see `weights_at`)
       integer, allocatable, intent(out) :: leaves(:) !! all that have a point with a weight, ascending
       real(dp), intent(in), optional :: level    !! up to which q is 1, else half of each radius [m]
       real(dp) :: inner(size(domain%radius)), x(ndim), reach, lower(ndim), upper(ndim)
-      integer :: i, k, e, c
-      allocate (q(size(domain%radius), grid%n_points), source=0.0_dp)
+      integer :: i, k, e, c, first, last
       reach = maxval(domain%radius)
       inner = plateau*domain%radius
       if (present(level)) inner = level
       lower = domain%tip - reach
       upper = domain%tip + reach
       leaves = grid%forest%leaves_in(lower, upper)
+      first = 1
+      last = grid%n_points
+      if (grid%dofs%n_hanging == 0) then
+         last = 0
+         do k = 1, size(leaves)
+            associate (nodes => grid%element_nodes(:, grid%leaf_element(leaves(k)):grid%leaf_element(leaves(k) + 1) - 1))
+               first = merge(minval(nodes), min(first, minval(nodes)), last == 0)
+               last = max(last, maxval(nodes))
+            end associate
+         end do
+      end if
+      allocate (q(size(domain%radius), first:last), source=0.0_dp)
       do k = 1, size(leaves)
          do e = grid%leaf_element(leaves(k)), grid%leaf_element(leaves(k) + 1) - 1
             do c = 1, corners
@@ -139,6 +151,15 @@ contains
       end do
       leaves = grid%forest%leaves_in(lower, upper)
    end subroutine weight_nodes
+
+   !> The weights at a point; 0 at those that have no place in q.
+   pure function weights_at(q, point) result(weights)
+      real(dp), allocatable, intent(in) :: q(:, :) !! [-], (radii, points)
+      integer, intent(in) :: point
+      real(dp) :: weights(size(q, 1))
+      weights = 0
+      if (point >= lbound(q, 2) .and. point <= ubound(q, 2)) weights = q(:, point)
+   end function weights_at
 
    !> Give hanging points the weights of their masters.
    pure subroutine spread_to_hanging(grid, q)
@@ -196,11 +217,11 @@ contains
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
-      real(dp), intent(inout) :: q(:, :)         !! [-], (radii, n_points)
+      real(dp), allocatable, intent(inout) :: q(:, :) !! [-], (radii, points)
       logical :: is_at_other(grid%n_points)
       integer :: i
       is_at_other = nodes_at_others(domain%tip, domain%spacing, domain%ends_at, grid, p)
-      do i = 1, grid%n_nodes
+      do i = lbound(q, 2), min(grid%n_nodes, ubound(q, 2))
          if (is_at_other(i)) q(:, i) = 0
       end do
       call spread_to_hanging(grid, q)
@@ -232,7 +253,7 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(particles_t), intent(in) :: p
       type(places_t), intent(inout) :: places
-      real(dp), allocatable :: q(:, :)           ! of the points of the grid [-], (radii, n_points)
+      real(dp), allocatable :: q(:, :)           ! of points of the grid [-], (radii, points)
       real(dp), allocatable :: weight(:)         ! of elements there
       integer, allocatable :: leaves(:), elements(:), inside(:)
       integer :: at(grid%n_functions), k, i, n, found, largest
@@ -274,7 +295,7 @@ contains
    pure subroutine keep_points(leaves, grid, q, places)
       integer, intent(in) :: leaves(:)
       type(grid_t), intent(in) :: grid
-      real(dp), intent(inout) :: q(:, :)         !! [-], (radii, n_points); the same at the end
+      real(dp), allocatable, intent(inout) :: q(:, :) !! [-], (radii, points); the same at the end
       type(places_t), intent(inout) :: places
       real(dp), allocatable :: nodal(:, :)
       integer, allocatable :: point(:)
@@ -295,17 +316,17 @@ contains
             end do
          end do
       end do
+      places%bounds = [lbound(q, 2), ubound(q, 2)]
       places%point = point(:n)
       places%nodal = nodal(:, :n)
       q(:, places%point) = places%nodal
    end subroutine keep_points
 
-   !> Weights at all points of the grid.
-   pure subroutine weigh_points(self, n_points, q)
+   !> Weights at the points of the grid.
+   pure subroutine weigh_points(self, q)
       class(places_t), intent(in) :: self
-      integer, intent(in) :: n_points
-      real(dp), allocatable, intent(out) :: q(:, :) !! [-], (radii, n_points)
-      allocate (q(size(self%nodal, 1), n_points), source=0.0_dp)
+      real(dp), allocatable, intent(out) :: q(:, :) !! [-], (radii, points, see `weights_at`)
+      allocate (q(size(self%nodal, 1), self%bounds(1):self%bounds(2)), source=0.0_dp)
       q(:, self%point) = self%nodal
    end subroutine weigh_points
 
@@ -315,7 +336,7 @@ contains
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(in) :: blocks
       type(particles_t), intent(in) :: p
-      real(dp), intent(in) :: nodal(:, :)        !! weights at the points [-], (radii, n_points)
+      real(dp), allocatable, intent(in) :: nodal(:, :) !! weights at the points [-], (radii, points)
       type(places_t), intent(inout) :: places
       integer :: n
       if (places%stay(domain, blocks, p)) return
@@ -333,7 +354,7 @@ contains
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
-      real(dp), intent(in) :: nodal(:, :)        !! (radii, n_points)
+      real(dp), allocatable, intent(in) :: nodal(:, :) !! (radii, points)
       type(place_t), intent(inout) :: place
       real(dp), intent(out) :: q(:), dq(:, :)    !! (radii), (ndim, radii)
       real(dp), dimension(grid%n_functions, ndim) :: gradient, in_grid

@@ -248,14 +248,15 @@ contains
       real(dp), intent(out) :: normal(ndim)
       integer, intent(in), optional :: of        !! this line only
       real(dp) :: nearest, along
-      integer :: line, k
+      integer :: line, k, first, last
       point = x
       normal = 0
       nearest = huge(nearest)
-      do line = 1, size(self%lines)
-         if (present(of)) then
-            if (line /= of) cycle
-         end if
+      first = 1
+      last = size(self%lines)
+      if (present(of)) first = of
+      if (present(of)) last = of
+      do line = first, last
          call find_nearest_segment(self%lines(line)%points, x, nearest, k, along)
          if (k == 0) cycle
          associate (a => self%lines(line)%points(:, k - 1), b => self%lines(line)%points(:, k))
