@@ -112,7 +112,7 @@ contains
       integer, allocatable, intent(out) :: leaves(:) !! all that have a point with a weight, ascending
       real(dp), intent(in), optional :: level    !! up to which q is 1, else half of each radius [m]
       real(dp) :: inner(size(domain%radius)), x(ndim), reach, lower(ndim), upper(ndim)
-      integer :: i, k, e, c, first, last
+      integer :: i, k, e, c, first, last, radii
       reach = maxval(domain%radius)
       inner = plateau*domain%radius
       if (present(level)) inner = level
@@ -130,7 +130,8 @@ contains
             end associate
          end do
       end if
-      allocate (q(size(domain%radius), first:last), source=0.0_dp)
+      radii = size(domain%radius)
+      allocate (q(radii, first:last), source=0.0_dp)
       do k = 1, size(leaves)
          do e = grid%leaf_element(leaves(k)), grid%leaf_element(leaves(k) + 1) - 1
             do c = 1, corners
@@ -326,7 +327,9 @@ contains
    pure subroutine weigh_points(self, q)
       class(places_t), intent(in) :: self
       real(dp), allocatable, intent(out) :: q(:, :) !! [-], (radii, points, see `weights_at`)
-      allocate (q(size(self%nodal, 1), self%bounds(1):self%bounds(2)), source=0.0_dp)
+      integer :: radii
+      radii = size(self%nodal, 1)
+      allocate (q(radii, self%bounds(1):self%bounds(2)), source=0.0_dp)
       q(:, self%point) = self%nodal
    end subroutine weigh_points
 

@@ -14,8 +14,8 @@ module hampm_joints
 
 contains
 
-   !> The pairs of bodies with less than three cells between the boxes around them, (2, pairs): the numbers i of a body and j < i, in
-   !> the order of i and then of j. No others touch or share nodes.
+   !> The pairs of bodies with less than three cells between the boxes around them, (2, pairs): the numbers i of a body and j < i,
+   !> in the order of i and then of j. No others touch or share nodes.
    pure function near_pairs(model) result(pairs)
       type(model_t), intent(in) :: model
       integer, allocatable :: pairs(:, :)
