@@ -48,6 +48,7 @@ contains
       type(tip_field_t) :: field(2)
       type(turn_t) :: turn
       logical :: agree                           ! whether J and K of the field are to be of one G
+      logical :: by_j                            ! whether K has the size of J
       logical :: is_row                          ! whether openings may count, which have no error
       associate (p => problem%particles, grid => problem%grid, tip => cracks%tips(number), &
                  factors => factors_at(problem%loads, problem%state%time))
@@ -77,9 +78,11 @@ contains
          associate (material => problem%materials(tip%material_in(problem%materials)))
             agree = tip%nodes%in_cell .and. .not. (values%moves .or. values%is_closed .or. tip%grown > 0 .or. abs(turn%angle) > 0 &
                                                    .or. material%has_history .or. field(1)%is_at_interface)
-            agree = agree .and. material%isotropic ! else K has the size of J
-            call follow_values(tip, field(1), rayleigh_speed(material), problem%state%time, pace_of(problem, tip, values), agree, &
-                               material%is_finite, problem%runs_lumped(), values)
+            agree = agree .and. material%isotropic
+            by_j = .not. (tip%nodes%in_cell .or. tip%grown > 0 .or. material%isotropic .or. material%has_history .or. &
+                          values%is_closed .or. field(1)%is_at_interface)
+            call follow_values(tip, field(1), rayleigh_speed(material), problem%state%time, pace_of(problem, tip, values), &
+                               agree, by_j, material%is_finite, problem%runs_lumped(), values)
          end associate
          best = values%best(tip, problem%materials(tip%material_in(problem%materials))%isotropic)
          if (best%estimator /= '') g = best%rate
@@ -164,13 +167,14 @@ contains
    !>
    !> At rest J of a tip in a cell is of the place where it acts, K of the place where it is: J is off by what both differ, give or
    !> take the error of K.
-   pure subroutine follow_values(tip, field, wave, time, pace, agree, is_finite, is_lumped, values)
+   pure subroutine follow_values(tip, field, wave, time, pace, agree, by_j, is_finite, is_lumped, values)
       type(crack_tip_t), intent(in) :: tip
       type(tip_field_t), intent(in) :: field     !! of the tip
       real(dp), intent(in) :: wave               !! speed of Rayleigh waves there [m/s]
       real(dp), intent(in) :: time               !! [s]
       type(pace_t), intent(in) :: pace
       logical, intent(in) :: agree               !! whether J and K of the field are to be of one G
+      logical, intent(in) :: by_j                !! whether K has the size of J
       logical, intent(in) :: is_finite           !! whether J knows large strain, of which K knows nothing
       logical, intent(in) :: is_lumped           !! whether tips run through lumped masses, in explicit steps
       type(crack_values_t), intent(inout) :: values
@@ -217,6 +221,8 @@ contains
             call follow(errors%intensity, norm(v%intensity), scale, max(maxval(v%spread_of_k), apart), time, pace)
             errors%intensity%now = errors%intensity%now + late/2*norm(v%intensity)
          end if
+         if (by_j) errors%intensity%now = max(errors%intensity%now, &
+                                              abs(field%of_rate(v%intensity, abs(j) + errors%j%now) - v%intensity))
          of_k = errors%intensity%now
          errors%of_rate = error_of_rate(field, v%intensity, of_k)
          associate (off => abs(v%g_of_k - j))
