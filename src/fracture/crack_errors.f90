@@ -221,7 +221,8 @@ contains
    !> Estimate for a tip of a path: it acts near its place, so that J is of a longer or shorter crack, K of the fields around the
    !> true place; nearby tips have place errors too. Modes share the error in the disc. That of the other cells is added.
    !>
-   !> The change of K for a tip that acts at d ahead of the assumed place is d dK/da less the change of K evaluated at d.
+   !> The change of K for a tip that acts at d ahead of the assumed place is d dK/da less the change of K evaluated at d. Of another
+   !> tip K sees, as J does, a longer or shorter crack. Places are independent but for the part that all tips have.
    subroutine estimate_by_shifts(problem, tips, number, static_tips, by_cells, p, values)
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tips(:)
@@ -231,9 +232,12 @@ contains
       type(particles_t), intent(inout) :: p      !! displaced around the tip; from another one before, or none
       type(crack_values_t), intent(inout) :: values
       real(dp), parameter :: no_shift(ndim) = 0
+      real(dp), parameter :: common = 0.3_dp     ! part of place errors that all tips have: cracks are short by it
       integer, parameter :: most_others = 4      ! that are counted: what others change falls with the square of their distance
       real(dp) :: k(modes), k_there(modes), k_here(modes), j, j_there, j_here
       real(dp) :: of_k(modes), of_j, far(modes), far_of_j
+      real(dp) :: change, together_of_j          ! of J by the place of a tip, and by those of all [J/m2]
+      real(dp) :: together_of_k(modes), beside   ! of K by those of all, and its error by the fields beside [Pa sqrt(m)]
       real(dp) :: off_of_j(modes), off_of_k(modes), in_disc
       real(dp) :: distance(size(tips)), nearest(0:most_others) ! of those that are counted, the least first
       logical :: has_moved(size(static_tips%moved, 3))
@@ -247,6 +251,9 @@ contains
       allocate (found(1)%j(1), found(2)%j(1))
       of_k = 0
       of_j = 0
+      beside = 0
+      together_of_k = 0
+      together_of_j = 0
       associate (h => tips(number)%nodes%spacing)
          near = particles_in(tips(number)%now, disc_of_shifts(tips(number)) + h/2, problem%grid, problem%blocks)
          call find(1, 0.0_dp, no_shift, k, j)
@@ -267,11 +274,13 @@ contains
             if (t /= number .and. has_moved(static_tips%group(t))) cycle
             has_moved(static_tips%group(t)) = .true.
             call place_of_tip(problem, tips(t), off_of_j, off_of_k, in_disc)
-            if (t == number .and. .not. tips(t)%phase_length > 0) of_k = hypot(of_k, in_disc*norm(k))
+            if (t == number .and. .not. tips(t)%phase_length > 0) beside = in_disc*norm(k)
             call weight_moved(problem, tips(t), q, leaves)
             call find(static_tips%group(t), h, no_shift, k_there, j_there, tips(t)%direction)
             call find(static_tips%group(t), -h, no_shift, k_here, j_here, tips(t)%direction)
-            of_j = of_j + sum(off_of_j*k**2)/max(sum(k**2), tiny(j))*abs(j_there - j_here)/2
+            change = sum(off_of_j*k**2)/max(sum(k**2), tiny(j))*(j_there - j_here)/2
+            together_of_j = together_of_j + change
+            of_j = hypot(of_j, change)
             k_there = k_there - k_here
             if (t == number .and. tips(t)%nodes%in_cell) then
                call find(1, 0.0_dp, h/2*tips(t)%direction, k_here, j_here)
@@ -279,11 +288,16 @@ contains
                call find(1, 0.0_dp, -h/2*tips(t)%direction, k_here, j_here)
                k_there = k_there + 2*k_here
             end if
-            of_k = hypot(of_k, off_of_k*abs(k_there)/2) ! places are independent
+            if (t /= number) off_of_k = off_of_j ! by the whole change, of which no part cancels
+            k_there = off_of_k*k_there/2
+            together_of_k = together_of_k + k_there
+            of_k = hypot(of_k, k_there)
          end do
       end associate
       if (.not. (abs(j)*problem%particles%thickness%at(tips(number)%now)*tips(number)%nodes%spacing > no_work*static_tips%energy &
                  .and. norm(k) > 0)) return
+      of_k = hypot(common*abs(together_of_k) + (1 - common)*of_k, beside)
+      of_j = common*abs(together_of_j) + (1 - common)*of_j
       far = by_cells
       if (tips(number)%is_half()) far(2) = 0
       field = fields_at(problem%materials, tips(number))
@@ -291,7 +305,7 @@ contains
       associate (errors => values%errors)
          errors%of_tip = of_j/(of_j + far_of_j + tiny(1.0_dp))
          errors%j%relative = (of_j + far_of_j)/abs(j)
-         errors%intensity%relative = (of_k + maxval(abs(far)))/norm(k)
+         errors%intensity%relative = (of_k + merge(abs(far), maxval(abs(far)), .not. field(1)%modes_couple()))/norm(k)
          if (tips(number)%phase_length > 0) & ! along which the tip is: it is astray ahead and behind alone
             errors%intensity%relative = (of_k + turn_of(field(1))*norm(of_k))/norm(k) &
                                         + norm(far)/norm(k)*(turn_of(field(1)) + abs(k)/norm(k))
