@@ -378,6 +378,8 @@ class Reader:
                     raise Outside("a support off the lattice, with refinement")
             if np.any(listed(keys.get("velocity", 0.0))):
                 raise Outside("a support with a velocity")
+            if self.plane == "axisymmetric" and "y" in keys["fix"] and np.all(ends[:, 0] < NEAR) and ends[1, 1] > ends[0, 1] + NEAR:    # it gives way as the logarithm of the cells
+                raise Outside("a support of a part of the axis, which has no area")
             moved = np.array(listed(keys.get("displacement", [0.0, 0.0])), float) / self.cell
             found.append(Hold(*ends, ["xy".index(c) for c in keys["fix"]], moved, [factor(keys, t) for t in times], keys.get("turns", False), keys.get("name", ""), snapped, (lower + upper) / 2))
         return found

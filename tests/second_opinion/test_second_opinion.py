@@ -11,6 +11,7 @@ sys.path.insert(0, str(ROOT / "tests/second_opinion"))
 
 from judge import judge  # noqa: E402
 from opinion_compare import table  # noqa: E402
+from opinion_scene import Outside, read  # noqa: E402
 from trial import Trial  # noqa: E402
 
 PARTS, SCENES = 10, 60    # that are drawn, of which about a half are judged
@@ -40,6 +41,19 @@ def test_of_two_supports_of_the_same_nodes_the_last_one_holds(tmp_path):
     assert {"reaction_foot_y", "reaction_last_y", "external_work"} <= set(rows)
     assert all(row.verdict == "agree" for row in rows.values())
     assert rows["reaction_foot_y"].own == 0 and abs(rows["reaction_last_y"].own) > 1
+
+
+@pytest.mark.parametrize("lower, upper, judged", [((0.0, 0.0), (0.0, 0.01), False), ((0.0, 0.0), (0.02, 0.0), True)])
+def test_a_support_along_an_axis_is_not_judged(lower, upper, judged, tmp_path):
+    """A line holds no area there: finite elements of any order have a reaction of their own."""
+    path = tmp_path / "model.nml"
+    ring = PLATE.replace("plane = 'strain'  thickness = 0.01", "plane = 'axisymmetric'").replace("lower = -0.001, -0.001", "lower = 0.0, -0.001")
+    path.write_text(ring.replace("lower = 0.0, 0.0  upper = 0.02, 0.0  fix", f"lower = {lower[0]}, {lower[1]}  upper = {upper[0]}, {upper[1]}  fix"))
+    if judged:
+        read(path)
+    else:
+        with pytest.raises(Outside, match="has no area"):
+            read(path)
 
 
 def test_a_value_that_two_sizes_of_cells_share_by_chance():
