@@ -62,8 +62,8 @@ contains
       call move_alloc(new, growing%points)
    end subroutine lay_points
 
-   !> Speed of a place of a front, that to which its measured G belongs [m/s], and the way that it has grown [m]; if the front is new,
-   !> or its place was closed or open before, those of the nearest point.
+   !> Speed of a place of a front, that to which its measured G belongs [m/s], and the way that it has grown [m]. If the front is
+   !> new, or its place was closed or open before, those of the nearest point.
    pure function state_there(points, number, is_closed, part, x) result(state)
       type(growing_point_t), intent(in) :: points(:)
       integer, intent(in) :: number              !! of the front
