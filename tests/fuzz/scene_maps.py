@@ -289,11 +289,14 @@ def reversed_cracks(scene):
             keys["tip"] = swap[keys.get("tip", "last")]
         if keys.get("face", "none") != "none" and keys["name"] not in [f"p{name}" for name in lines]:
             keys["face"] = {"left": "right", "right": "left"}[keys["face"]]
+    faces = [keys for keys in groups(scene, "load") if keys.get("face", "none") != "none"]
+    for keys in faces:                                      # of a path, where there are no other cracks
+        keys["face"] = {"left": "right", "right": "left"}[keys["face"]]
     for keys in groups(scene, "growth"):
         if keys.get("crack") not in lines:
             keys["tips"] = swap.get(keys.get("tips", "all"), keys.get("tips", "all"))
     ordered = [keys.get("from") for keys in groups(scene, "cohesive")] + [keys.get("increment") for keys in groups(scene, "nucleation")]
-    return scene if paths and not any(ordered) else None
+    return scene if paths and not any(ordered) and not (faces and lines) else None
 
 
 def split_bodies(scene):
