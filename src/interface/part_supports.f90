@@ -194,20 +194,24 @@ contains
       type(matter_t), intent(in) :: m
       integer, intent(in) :: node
       integer, allocatable :: neighbours(:)
-      integer :: nodes(m%grid%n_functions), k, j
+      integer :: nodes(m%grid%n_functions), k, e, j
       real(dp) :: way(ndim)
       allocate (neighbours(0))
       associate (around => m%grid%dofs%elements_at(node), tolerance => m%grid%forest%tolerance())
          do k = 1, size(around)
-            if (m%blocks%count_in(around(k)) == 0) cycle
-            nodes = m%grid%support_of(around(k))
-            do j = 1, size(nodes)
-               if (nodes(j) > m%grid%n_nodes .or. any(neighbours == nodes(j))) cycle
-               way = abs(m%grid%node_position(:, nodes(j)) - m%grid%node_position(:, node))
-               if (all(way <= tolerance)) cycle
-               if (any(min(way, abs(way - m%grid%element_size(around(k)))) > tolerance)) cycle
-               neighbours = [neighbours, nodes(j)]
-            end do
+            associate (first => m%grid%first_of_piece(around(k)), last => m%grid%last_of_piece(around(k)))
+               if (all([(m%blocks%count_in(e) == 0, e=first, last)])) cycle
+               do e = first, last                ! a cell beside finer ones has pieces, whose nodes between its corners hang
+                  nodes = m%grid%support_of(e)
+                  do j = 1, size(nodes)
+                     if (nodes(j) > m%grid%n_nodes .or. any(neighbours == nodes(j))) cycle
+                     way = abs(m%grid%node_position(:, nodes(j)) - m%grid%node_position(:, node))
+                     if (all(way <= tolerance)) cycle
+                     if (any(min(way, abs(way - m%grid%leaf_size(e)/merge(2, 1, m%grid%is_quadratic()))) > tolerance)) cycle
+                     neighbours = [neighbours, nodes(j)]
+                  end do
+               end do
+            end associate
          end do
       end associate
    end function neighbours_of

@@ -350,3 +350,43 @@ def test_pins_in_the_middle_of_sides(hampm, order):
         assert "must hold at least one node" in harness.run(hampm, text, code=2)
         return
     assert harness.run(hampm, text).last()["reaction_foot_y"] == pytest.approx(-300, rel=1e-9)
+
+
+BESIDE = """
+&run {plane} end_time = {end} /
+&grid lower = 0, -1{axis} cell = 1.0 cells = 10, 12{slab} {order} /
+&material name = 'm' young = 70e9 poisson = 0.3 density = 2700 /
+&body material = 'm' points_per_cell = {points} lower = 0, 0{axis} upper = 9, 10{one} /
+&crack kind = 'plane' tip = 5, 5{axis} direction = 1, 0{axis} normal = 'y' /
+&constraint lower = 0, 0{axis} upper = 9, 0{one} fix = 'xy' /
+&constraint name = 'foot' lower = 0, 10{axis} upper = {last}, 10{one} fix = 'xy' {moved} /
+{walls}
+&method time = {method} /
+&refine indicator = 'tip' max_level = 1 rings = 4 /
+&energy_release estimators = 'domain_integral' /
+&output history_interval = {end} /
+"""
+
+
+def beside(program, last, **keys):
+    keys = {"plane": "plane = 'strain'", "axis": "", "one": "", "slab": "", "walls": "", "order": "", "points": 2, "end": 1.0, "method": "'static'",
+            "moved": "displacement = 1e-4, 2e-5"} | keys
+    return harness.run(program, BESIDE.format(last=last, **keys)).last()
+
+
+@pytest.mark.parametrize("keys", [{}, {"order": "order = 2", "points": 3}, {"method": "'implicit' time_step = 2e-5", "moved": "velocity = 1.0, 0.2", "end": 2e-3}],
+                         ids=["static", "quadratic", "implicit"])
+def test_ends_in_cells_beside_finer_ones(hampm, keys):
+    """The cells of the edge are beside finer ones, which divide them: their springs were left out, and supports held up to the last node (3 % of the energy, 20 % around an axis)."""
+    energy = [beside(hampm, last, **keys)["strain_energy"] for last in (2.0, 2.25, 2.75, 3.0)]
+    for part, value in ((0.25, energy[1]), (0.75, energy[2])):
+        assert value == pytest.approx((1 - part) * energy[0] + part * energy[3], abs=0.25 * (energy[3] - energy[0])), energy
+
+
+def test_ends_of_solids_in_cells_beside_finer_ones(hampm3d):
+    """A slab of one cell between rollers has the energy of the plane."""
+    keys = {"plane": "", "axis": ", 0", "one": ", 1", "slab": ", 1", "walls": "&constraint lower = 0, 0, 0 upper = 9, 10, 0 fix = 'z' /\n&constraint lower = 0, 0, 1 upper = 9, 10, 1 fix = 'z' /",
+            "moved": "displacement = 1e-4, 2e-5, 0"}
+    energy = [beside(hampm3d, last, **keys)["strain_energy"] for last in (2.0, 2.25, 2.75, 3.0)]
+    for part, value in ((0.25, energy[1]), (0.75, energy[2])):
+        assert value == pytest.approx((1 - part) * energy[0] + part * energy[3], abs=0.25 * (energy[3] - energy[0])), energy
