@@ -17,7 +17,7 @@ module hampm_crack_errors
    use hampm_crack_tip_field, only: modes, tip_field_t
    use hampm_stiffness, only: stiffness_t
    use hampm_threads, only: thread_count
-   use hampm_tip_domain, only: fields_at, particles_in, weights_at
+   use hampm_tip_domain, only: fields_at, particles_in
    use hampm_tip_measurements, only: estimate_rates, measure_domain
    use hampm_missing_energy, only: pair_t, missing_energies, displace
    implicit none
@@ -327,6 +327,7 @@ contains
          real(dp), intent(out) :: j              !! [J/m2]
          real(dp), intent(in), optional :: direction(ndim) !! e
          type(crack_tip_t) :: tip
+         real(dp) :: weight(problem%grid%n_functions)
          integer :: n, c
          tip = tips(number)
          tip%may_close = .false.
@@ -335,10 +336,13 @@ contains
          if (present(direction)) then
             do n = 1, size(near)
                associate (at => problem%grid%support_of(p%cell(near(n))))
-                  p%gradient(near(n), :, :) = p%gradient(near(n), :, :) - way*spread(matmul(rotation, direction), 2, ndim) &
-                                              *spread(matmul([(weights_at(q, at(c)), c=1, size(at))], &
-                                                            problem%gradients_of(near(n))), 1, ndim)
+                  weight = 0
+                  do c = 1, size(at)
+                     if (at(c) >= lbound(q, 2) .and. at(c) <= ubound(q, 2)) weight(c) = q(1, at(c))
+                  end do
                end associate
+               p%gradient(near(n), :, :) = p%gradient(near(n), :, :) - way*spread(matmul(rotation, direction), 2, ndim) &
+                                           *spread(matmul(weight, problem%gradients_of(near(n))), 1, ndim)
             end do
          end if
          associate (values => found(merge(2, 1, any(abs(shift) > 0))))

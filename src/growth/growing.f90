@@ -28,8 +28,8 @@ module hampm_growing
              record_growth, note_branching, record_frame, record_place, record_onset, archive_growing, fitting, &
              note_taken, tell_taken, part_of_crack, widths_of, add_once
 
-   !> How close a controlled quantity comes, over it: K of a tip varies as much with its place in a cell.
    real(dp), parameter :: of_step = 1e-9_dp      !! part of a step in which growth has not begun
+   !> How close a controlled quantity comes, over it: K of a tip varies as much with its place in a cell.
    real(dp), parameter, public :: close_control = 1e-3_dp
 
    integer, parameter, public :: by_load = 1     !! at rest: loads are scaled until the largest G is the toughness
